@@ -95,6 +95,7 @@ def test_a_material_of_a_scene_is_measured(tmp_path):
         ('{"type": 3}', "expected an object with a type"),
         ('{"type": "diffuse", "reflectance": NaN}', "NaN is not a number"),
         ("[" * 100_000, "nested too deeply"),
+        ('{"type": ' * 900 + "1" + "}" * 900, "nested too deeply"),
         ('{"type": "twosided", "a": {"type": "diffuse", "reflectance": null}}', "a.reflectance is"),
         ('{"type": "twosided", "a": {"type": "blendbsdf"}}', "a has no weight"),
         ('{"type": "principled", "anisotropic": 255}', "values that are not finite"),

@@ -34,6 +34,7 @@ def described_bsdf(text: str, where: str = "the description") -> MitsubaBrdf:
 
     try:
         description = json.loads(text, parse_constant=refuse)
+        problem = _fatal(description)
     except json.JSONDecodeError as error:
         raise NacreError(
             f"{where}: is no JSON: {error.msg} at character {error.pos + 1}"
@@ -44,7 +45,7 @@ def described_bsdf(text: str, where: str = "the description") -> MitsubaBrdf:
         raise NacreError(f"{where}: cannot be read: {reason(error)}") from error
     if not isinstance(description, dict) or not isinstance(description.get("type"), str):
         raise NacreError(f'{where}: expected an object with a type, like {{"type": "plastic"}}')
-    if problem := _fatal(description):
+    if problem:
         raise NacreError(f"{where}: {problem}")
     register()
     try:
