@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import pytest
@@ -70,6 +71,15 @@ def test_circles_and_unknown_names_are_refused(tmp_path: Path) -> None:
         check_scene(circle)
     with pytest.raises(FormatError, match=r"\$which has no <default>"):
         check_scene(write(tmp_path, a=scene(include("$which.xml"))))
+
+
+def test_names_may_not_grow_without_end(tmp_path: Path) -> None:
+    names = [f"x{'y' * (99 - n)}" for n in range(100)]  # the longest is put in first
+    doubling = [f'<default name="{a}" value="${b}${b}"/>' for a, b in itertools.pairwise(names)]
+    with pytest.raises(FormatError, match="a name longer than 4096 letters"):
+        check_scene(write(tmp_path, a=scene(*doubling, include(f"${names[0]}"))))
+    with pytest.raises(FormatError, match="File name too long"):
+        check_scene(write(tmp_path, a=scene(include("n" * 300))))
 
 
 def test_what_is_included_again_and_again_is_counted(tmp_path: Path) -> None:

@@ -15,6 +15,8 @@ MAX_DEPTH = 64
 ends the process."""
 MAX_ELEMENTS = 1_000_000
 """Elements of a scene, each counted as often as its file is included."""
+MAX_NAME = 4096
+"""Letters of the name of an included file, in which each `<default>` may double others."""
 
 
 class _Size(NamedTuple):
@@ -123,8 +125,12 @@ class _Files:
     def _found(self, name: str, inside: Path, shown: str) -> list[Path]:
         """The files that an `<include>` may mean; Mitsuba refuses what is nowhere."""
         for key in sorted(self._defaults, key=len, reverse=True):
-            name = name.replace(f"${key}", self._defaults[key])
+            if len(name := name.replace(f"${key}", self._defaults[key])) > MAX_NAME:
+                raise FormatError(f"{shown}: <include> of a name longer than {MAX_NAME} letters")
         if unknown := re.search(r"\$\w+", name):
             raise FormatError(f"{shown}: <include> of {name}: {unknown[0]} has no <default>")
         candidates = (folder / name for folder in (inside.parent, *self._folders))
-        return [path for path in dict.fromkeys(candidates) if path.is_file()]
+        try:
+            return [path for path in dict.fromkeys(candidates) if path.is_file()]
+        except OSError as error:  # a name that no file can have
+            raise FormatError(f"{shown}: <include> of {name[:80]}: {error.strerror}") from error
