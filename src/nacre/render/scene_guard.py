@@ -92,7 +92,8 @@ class _Files:
             if attributes.get("type") == "blendbsdf":
                 unweighted[level] = parser.CurrentLineNumber
             if name == "default":
-                self._defaults.setdefault(attributes.get("name", ""), attributes.get("value", ""))
+                value = attributes.get("value", "")[: MAX_NAME + 1]
+                self._defaults.setdefault(attributes.get("name", ""), value)
             elif name == "path":
                 self._folders.append(self._top.parent / attributes.get("value", ""))
             elif name == "include":
