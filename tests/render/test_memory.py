@@ -47,7 +47,7 @@ def used() -> int:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs address space limits that hold")
 def test_too_little_to_load_llvm_is_told() -> None:
-    found = limited(used() + 70, "nacre.render.mitsuba()")
+    found = limited(used() + 96, "nacre.render.mitsuba()")
     assert "not enough memory to load" in found
     assert "install" not in found
 
