@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import signal
+import sys
 import tempfile
 from collections.abc import Iterator
 from typing import Any
@@ -22,6 +23,15 @@ def pytest_collection_finish() -> None:
     """The thousands of tests stay for good: collections need not go through them again."""
     gc.collect()
     gc.freeze()
+
+
+@pytest.fixture(autouse=True)
+def usual_variant() -> Iterator[None]:
+    """Leave Mitsuba as nacre starts it: what stays set would draw the next file's pictures."""
+    yield
+    mi = sys.modules.get("mitsuba")
+    if mi is not None and mi.variant() is not None:
+        mi.set_variant("llvm_ad_rgb")
 
 
 @pytest.fixture(scope="session")

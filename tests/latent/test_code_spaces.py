@@ -46,7 +46,6 @@ def in_torch() -> tuple[ModuleType, Any]:
 def in_drjit() -> tuple[ModuleType, Any]:
     """Mitsuba, and the codes of a basis in its Dr.Jit."""
     mi = require_mitsuba()
-    mi.set_variant("llvm_ad_rgb")
     from nacre.latent.drjit import CodeSpace
 
     return mi, CodeSpace(random_basis())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -12,42 +11,41 @@ import nacre.render
 from tests.variants import require_mitsuba
 
 
-def _variant(name: str) -> Iterator[Any]:
+def _variant(name: str) -> Any:
     mi = require_mitsuba()
     mi.set_variant(name)
     nacre.render.register()
-    yield mi
-    mi.set_variant("llvm_ad_rgb")
+    return mi
 
 
 @pytest.fixture
-def rgb() -> Iterator[Any]:
+def rgb() -> Any:
     """Mitsuba in llvm_ad_rgb."""
-    yield from _variant("llvm_ad_rgb")
+    return _variant("llvm_ad_rgb")
 
 
 @pytest.fixture
-def spectral() -> Iterator[Any]:
+def spectral() -> Any:
     """Mitsuba in llvm_ad_spectral."""
-    yield from _variant("llvm_ad_spectral")
+    return _variant("llvm_ad_spectral")
 
 
 @pytest.fixture
-def mono() -> Iterator[Any]:
+def mono() -> Any:
     """Mitsuba in llvm_ad_mono."""
-    yield from _variant("llvm_ad_mono")
+    return _variant("llvm_ad_mono")
 
 
 @pytest.fixture
-def polarized() -> Iterator[Any]:
+def polarized() -> Any:
     """Mitsuba in llvm_ad_mono_polarized."""
-    yield from _variant("llvm_ad_mono_polarized")
+    return _variant("llvm_ad_mono_polarized")
 
 
 @pytest.fixture
-def scalar() -> Iterator[Any]:
+def scalar() -> Any:
     """Mitsuba in scalar_rgb."""
-    yield from _variant("scalar_rgb")
+    return _variant("scalar_rgb")
 
 
 @pytest.fixture
