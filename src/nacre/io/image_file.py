@@ -9,7 +9,9 @@ which may be a thousand times what they take, and hides that samples have 16 bit
 from __future__ import annotations
 
 import io
+import os
 import struct
+import sys
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,12 +20,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.errors import FormatError, reason, require
+from nacre.errors import FormatError, NacreError, reason, require
 from nacre.io import radiance_image
 from nacre.io.files import PathLike, opened
+from nacre.memory import address_space
 
 HEADER_LIMIT = 1 << 18
 """Bytes from the start of a file within which its size must be found."""
+
+# Bytes of addresses that Mitsuba starts with: 323 MiB were seen, and each thread's stack.
+_MITSUBA_SPACE = (400 + 8 * (os.cpu_count() or 1)) << 20
 
 _USUAL_HEADER = 1 << 12  # bytes that nearly all headers fit in
 
@@ -252,7 +258,18 @@ def bitmaps() -> Any:
     """Mitsuba, with threads enough that its `Bitmap` reads and writes OpenEXR images.
 
     Where it has one thread only, as on one core, that thread waits for another for ever.
+
+    Raises
+    ------
+    MissingExtraError
+        If Mitsuba is not installed or does not load.
+    NacreError
+        If the process may not take as much memory as Mitsuba starts with: the half of it that did
+        load would stop the process, or wait for ever.
     """
+    left = address_space()
+    if left is not None and left < _MITSUBA_SPACE and "mitsuba" not in sys.modules:
+        raise NacreError("not enough memory to load mitsuba: raise ulimit -v")
     mi, drjit = require("mitsuba", "render"), require("drjit", "render")
     if drjit.thread_count() < 2:
         drjit.set_thread_count(2)

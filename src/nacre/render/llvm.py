@@ -148,10 +148,7 @@ def failure() -> str | None:
     try:
         ctypes.CDLL(library)
     except OSError as error:
-        message = str(error)
-        if "map segment" in message or "allocate memory" in message:
-            return f"not enough memory to load {library}: free some, or raise ulimit -v"
-        return f"LLVM does not load: {message}; or set {VARIABLE} to another library"
+        return f"LLVM does not load: {error}; or set {VARIABLE} to another library"
     return None
 
 

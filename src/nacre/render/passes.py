@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.errors import NacreError, is_shortage, require
+from nacre.memory import available_memory
 from nacre.render.engine import mitsuba
 from nacre.render.kernels import release_kernels
 from nacre.runtime.interrupts import uninterrupted
-from nacre.runtime.memory import available_memory
 
 PASS = 16
 """Samples per pixel that are rendered at a time, at most."""

@@ -17,9 +17,9 @@ import numba
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
 from nacre.errors import NacreError
+from nacre.memory import available_memory
 from nacre.runtime.code_folder import code_folder
 from nacre.runtime.lock import exclusive
-from nacre.runtime.memory import available_memory
 
 _MIN_MEMORY = 256 << 20  # to compile the kernel of a fit takes half of it
 

@@ -15,9 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Array, Components, Floats, namespace
+from nacre.memory import available_memory
 from nacre.runtime.data import as_data
 from nacre.runtime.frozen import Frozen
-from nacre.runtime.memory import available_memory
 
 if TYPE_CHECKING:
     from nacre.runtime.vectorized import VectorFunction

@@ -18,7 +18,7 @@ def available_memory() -> int | None:
 
     The least of what is free, what the container may take, and what `ulimit -v` leaves.
     """
-    found = [_free(), _left_in_group(), _left_in_address_space()]
+    found = [_free(), _left_in_group(), address_space()]
     return min((size for size in found if size is not None), default=None)
 
 
@@ -43,7 +43,8 @@ def _left_in_group() -> int | None:
         return None
 
 
-def _left_in_address_space() -> int | None:
+def address_space() -> int | None:
+    """Bytes of addresses that this process can still take; None where there is no limit."""
     if resource is None:
         return None
     limit = resource.getrlimit(resource.RLIMIT_AS)[0]
