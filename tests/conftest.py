@@ -31,7 +31,9 @@ def usual_variant() -> Iterator[None]:
     yield
     mi = sys.modules.get("mitsuba")
     if mi is not None and mi.variant() is not None:
-        mi.set_variant("llvm_ad_rgb")
+        from tests.variants import USUAL
+
+        mi.set_variant(USUAL)
 
 
 @pytest.fixture(scope="session")

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import pytest
 
 from nacre.render import llvm
+from nacre.render.engine import DEFAULT_VARIANT, VARIABLE
+
+USUAL = os.environ.get(VARIABLE) or DEFAULT_VARIANT
+"""The variant that tests draw by: `NACRE_VARIANT=cuda_ad_rgb` runs them on a graphics card."""
 
 
-def require_mitsuba(variant: str = "llvm_ad_rgb") -> Any:
+def require_mitsuba(variant: str = USUAL) -> Any:
     """Mitsuba with a variant set; skips the calling test where it cannot run."""
     if variant.startswith("llvm") and llvm.prepare() is None:
         pytest.skip(f"needs LLVM {llvm.MINIMUM} or newer")

@@ -81,6 +81,7 @@ RUNNERS: Registry[type[Runner]] = Registry(
         "c": "studies.parity.runners.native:Gcc",
         "c++": "studies.parity.runners.native:Gxx",
         "slang": "studies.parity.runners.slang:Slang",
+        "slang-cuda": "studies.parity.runners.slang_cuda:SlangCuda",
         "slang-glsl": "studies.parity.runners.slang_shaders:SlangGlsl",
         "slang-hlsl": "studies.parity.runners.slang_shaders:SlangHlsl",
         "slang-wgsl": "studies.parity.runners.slang_shaders:SlangWgsl",

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import nacre.render
-from tests.variants import require_mitsuba
+from tests.variants import USUAL, require_mitsuba
 
 
 def _variant(name: str) -> Any:
@@ -20,8 +20,8 @@ def _variant(name: str) -> Any:
 
 @pytest.fixture
 def rgb() -> Any:
-    """Mitsuba in llvm_ad_rgb."""
-    return _variant("llvm_ad_rgb")
+    """Mitsuba in the variant that tests draw by."""
+    return _variant(USUAL)
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ KEY = "shape.bsdf.code"
 
 @pytest.fixture
 def mi() -> Any:
-    found = require_mitsuba("llvm_ad_rgb")
+    found = require_mitsuba()
     register()
     return found
 

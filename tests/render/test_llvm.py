@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from nacre.render import llvm
+from nacre.render.engine import DEFAULT_VARIANT, VARIABLE, has_cuda
 
 
 def place(root: Path, *names: str) -> None:
@@ -133,3 +134,32 @@ def test11_old_llvm_is_refused_before_it_ends_the_process() -> None:
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
     )
     assert f"found LLVM {llvm.version(old[0])[0]}" in done.stdout
+
+
+VARIANT_CODE = """
+import nacre.render as r
+from nacre.errors import NacreError
+try: print(r.mitsuba().variant())
+except NacreError as error: print(error)
+"""
+
+
+@pytest.mark.parametrize(
+    ("named", "expected"),
+    [
+        ("", DEFAULT_VARIANT),
+        ("llvm_ad_rgb", "llvm_ad_rgb"),
+        ("scalar_rgb", "NACRE_VARIANT is 'scalar_rgb': give llvm_ad_rgb or cuda_ad_rgb"),
+        ("cuda_ad_rgb", "cuda_ad_rgb"),
+    ],
+)
+def test12_the_environment_names_the_variant(named: str, expected: str) -> None:
+    pytest.importorskip("mitsuba", reason="needs the extra 'render'")
+    if llvm.prepare() is None and not named.startswith("cuda"):
+        pytest.skip(f"needs LLVM {llvm.MINIMUM} or newer")
+    environment = os.environ | {VARIABLE: named}
+    command = [sys.executable, "-c", VARIANT_CODE]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    if named.startswith("cuda") and not has_cuda():
+        expected = "cuda_ad_rgb needs a CUDA device and its driver: Dr.Jit finds none"
+    assert done.stdout.strip() == expected

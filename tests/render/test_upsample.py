@@ -9,6 +9,7 @@ import pytest
 
 import nacre.render
 from nacre.color import primaries, upsample
+from tests.variants import USUAL
 
 from .reflectances import Constant, sphere_scene
 
@@ -56,7 +57,7 @@ def test05_spectral_rendering_has_the_color_of_rgb(spectral: Any) -> None:
     scene = mi.load_dict(sphere_scene(mi, nacre.render.bsdf(Constant(*colour)), sky=sky))
     # The mean over 16 x 16 pixels: the noise left is that of the sampled wavelengths.
     found = np.array(mi.render(scene, spp=2048, seed=1)).mean((0, 1))
-    mi.set_variant("llvm_ad_rgb")
+    mi.set_variant(USUAL)
     scene = mi.load_dict(sphere_scene(mi, nacre.render.bsdf(Constant(*colour))))
     expected = np.array(mi.render(scene, spp=256, seed=1)).mean((0, 1))
     np.testing.assert_allclose(expected, colour, atol=3e-3)

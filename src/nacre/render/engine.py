@@ -1,7 +1,8 @@
-"""Mitsuba, started with an LLVM that works."""
+"""Mitsuba, started on a device that works."""
 
 from __future__ import annotations
 
+import os
 from functools import cache
 from typing import Any
 
@@ -11,6 +12,12 @@ from nacre.memory import available_memory
 from nacre.render import llvm
 
 DEFAULT_VARIANT = "llvm_ad_rgb"
+
+VARIANTS = DEFAULT_VARIANT, "cuda_ad_rgb"
+"""What :data:`VARIABLE` may name."""
+
+VARIABLE = "NACRE_VARIANT"
+"""Environment variable of the variant that everything starts with: one of :data:`VARIANTS`."""
 
 _MIN_MEMORY = 192 << 20
 """Bytes for threads and kernels, without which libraries below end the process."""
@@ -26,8 +33,8 @@ def mitsuba(variant: str | None = None) -> Any:
     Parameters
     ----------
     variant
-        Variant to set if none is set yet; :data:`DEFAULT_VARIANT` where not given. A variant that
-        the caller has set stays.
+        Variant to set if none is set yet; where not given what :data:`VARIABLE` names, else
+        :data:`DEFAULT_VARIANT`. A variant that the caller has set stays.
 
     Raises
     ------
@@ -36,17 +43,33 @@ def mitsuba(variant: str | None = None) -> Any:
     LLVMError
         If the variant compiles with LLVM and there is none of release 17 or newer.
     NacreError
-        If there is too little memory to render anything.
+        If there is too little memory to render anything, the variable names no such variant, or
+        the variant takes a CUDA device and there is none.
     """
     llvm.prepare()
     mi = bitmaps()
     current = mi.variant()
-    chosen = current or variant or DEFAULT_VARIANT
+    chosen = current or variant or _usual_variant()
     if chosen.startswith("llvm"):
         check_llvm()
+    if chosen.startswith("cuda") and not has_cuda():
+        raise NacreError(f"{chosen} needs a CUDA device and its driver: Dr.Jit finds none")
     if current is None:
         mi.set_variant(chosen)
     return mi
+
+
+def _usual_variant() -> str:
+    named = os.environ.get(VARIABLE, "")
+    if named and named not in VARIANTS:
+        raise NacreError(f"{VARIABLE} is {named!r}: give {' or '.join(VARIANTS)}")
+    return named or DEFAULT_VARIANT
+
+
+def has_cuda() -> bool:
+    """Whether Dr.Jit finds a CUDA device."""
+    dr = require("drjit", "render")
+    return bool(dr.has_backend(dr.JitBackend.CUDA))
 
 
 @cache

@@ -33,7 +33,7 @@ void run_all(uint3 id : SV_DispatchThreadID)
 }}
 """
 
-_LOOP = """
+LOOP = """
 float4 repeated(float3 a, float3 b)
 {{
     float3 total = float3(0.0);
@@ -47,12 +47,17 @@ float4 repeated(float3 a, float3 b)
 """
 
 
+def main(call: str) -> str:
+    """An entry point `run_all` that finds `call` of each pair `a` and `b` of two buffers."""
+    return _MAIN.format(call=call, group=GROUP, row=GROUP * MAX_GROUPS)
+
+
 class SlangWgsl(VulkanRunner):
     """Compute shaders in Slang."""
 
     target = "slang"
     title = "WGSL by slangc, Vulkan (wgpu)"
-    vector, loop = "float4", _LOOP
+    vector, loop = "float4", LOOP
     language: ClassVar[str] = "wgsl"
 
     def missing(self) -> str | None:
@@ -61,9 +66,8 @@ class SlangWgsl(VulkanRunner):
 
     def compiled(self, source: str, call: str, a: Weights, b: Weights) -> Pass:
         """See :class:`studies.parity.shaders.ShaderRunner`."""
-        shader = source + _MAIN.format(call=call, group=GROUP, row=GROUP * MAX_GROUPS)
         with tempfile.TemporaryDirectory() as folder:
-            made = slang.compiled(Path(folder), {}, shader, self.language, "all")
+            made = slang.compiled(Path(folder), {}, source + main(call), self.language, "all")
             return ComputePass(self.code(made), a, b, "run_all")
 
     def code(self, made: Path) -> str | bytes:

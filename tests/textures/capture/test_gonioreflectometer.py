@@ -48,7 +48,7 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_values_are_those_of_mitsuba(case: str) -> None:
     """Means agree within 1 %; differences of texels are as large as their noise makes them."""
-    mi = require_mitsuba("llvm_ad_rgb")
+    mi = require_mitsuba()
     mi.register_bsdf("diffuse_under_ggx", diffuse_under_ggx(mi))
     surface, bsdf = CASES[case]
     wi, wo = pairs(LIGHTS, VIEWS)
