@@ -83,6 +83,8 @@ def _file_name(field: Field[Any]) -> str:
 
 def _unpacked(kind: Any, numbers: dict[str, Any], tensors: Tensors, name: str) -> Any:
     origin, inner = typing.get_origin(kind), typing.get_args(kind)
+    if hasattr(origin, "__value__"):  # the alias that NDArray is from NumPy 2.5 on
+        origin = typing.get_origin(origin.__value__)
     if origin is Sequence:
         items: list[Any] = []
         while len(items) < _LAYERS and any(
