@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from nacre.memory import available_memory
+from nacre.io.memory import available_memory
 from nacre.render import llvm
 
 resource = pytest.importorskip("resource", reason="needs limits of a process")

@@ -23,7 +23,7 @@ import numpy.typing as npt
 from nacre.errors import FormatError, NacreError, reason, require
 from nacre.io import radiance_image
 from nacre.io.files import PathLike, opened
-from nacre.memory import address_space
+from nacre.io.memory import address_space
 
 HEADER_LIMIT = 1 << 18
 """Bytes from the start of a file within which its size must be found."""

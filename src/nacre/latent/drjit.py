@@ -16,6 +16,7 @@ from nacre.latent.prior import Prior
 from nacre.neural.inputs import ENHANCED, network_inputs
 from nacre.numerics.channels import CHROMA
 from nacre.numerics.mlp import Layer, forward
+from nacre.runtime.device import cooperative_type
 
 dr: Any = require("drjit", "render")
 nn: Any = require("drjit.nn", "render")
@@ -64,8 +65,10 @@ class CodeSpace:
         values, basis = self._values(code), self.basis
         light, view = ((w[0], w[1], w[2]) for w in (wi, wo))
         rows = network_inputs(light, view, True, ENHANCED)
-        outputs = forward(nn.CoopVec(*rows), self._weights(type(values[0])))
-        common, *functions = (type(values[0])(x) for x in outputs)
+        array = type(values[0])
+        state, kind = nn.CoopVec(*rows), cooperative_type(array)
+        outputs = forward(state if kind is array else nn.cast(state, kind), self._weights(array))
+        common, *functions = (array(x) for x in outputs)
         gray = common
         for value, function in zip(values, functions[: basis.luma], strict=False):
             gray = dr.fma(value, function, gray)
@@ -102,7 +105,7 @@ class CodeSpace:
         if not dr.is_jit_v(array):
             raise NacreError("codes take a JIT backend of Dr.Jit, as in the variant llvm_ad_rgb")
         if array not in self._layers:
-            tensor = dr.tensor_t(array)
+            tensor = dr.tensor_t(cooperative_type(array))
             last = Layer(self.basis.functions[:-1], self.basis.functions[-1])
             parts = [
                 tensor(part)

@@ -8,7 +8,7 @@ from typing import Any
 
 from nacre.errors import NacreError, require
 from nacre.io.image_file import bitmaps
-from nacre.memory import available_memory
+from nacre.io.memory import available_memory
 from nacre.render import llvm
 
 DEFAULT_VARIANT = "llvm_ad_rgb"

@@ -13,6 +13,7 @@ from nacre.neural.inputs import network_inputs
 from nacre.neural.network import NetworkBrdf
 from nacre.numerics.mlp import Layer, dense, forward
 from nacre.runtime.data import with_numbers
+from nacre.runtime.device import cooperative_type
 
 WEIGHTS = "auto", "literals", "cooperative"
 """How weights enter a kernel; see :func:`nacre.render.bsdf`."""
@@ -37,6 +38,11 @@ def first_in_buffer(network: NetworkBrdf, weights: str) -> int:
     return literal if sum(sizes) <= MAX_LITERALS else 0
 
 
+def takes_half(mi: Any) -> bool:
+    """Whether cooperative vectors of a variant have 16 bits whatever is asked for, as on CUDA."""
+    return cooperative_type(mi.Float) is not mi.Float
+
+
 def pack_layers(mi: Any, layers: Sequence[Layer], half: bool, layout: str) -> list[tuple[Any, Any]]:
     """Matrix and bias of each layer as views into one new buffer, in a layout of `drjit.nn`."""
     tensor = mi.TensorXf16 if half else mi.TensorXf
@@ -50,15 +56,16 @@ class BufferedNetwork:
 
     The buffer is passed to every call instead of being kept, so that its owner may replace it and
     Dr.Jit can follow its gradients into virtual function calls. The first `start` layers are
-    literals; if `half`, weights and hidden values of the others have 16 bits instead of 32.
+    literals; if `half`, and on CUDA, weights and hidden values of the others have 16 bits instead
+    of 32.
     """
 
     def __init__(self, network: NetworkBrdf, mi: Any, start: int = 0, half: bool = False) -> None:
-        self._network, self._mi, self._half = network, mi, half
+        self._network, self._mi, self._half = network, mi, half or takes_half(mi)
         self._literals = list(network.layers[:start])
         self._angle = opaque(mi, network.angle)
         self._nn = require("drjit.nn", "render")
-        self._layers = pack_layers(mi, network.layers[start:], half, "training")
+        self._layers = pack_layers(mi, network.layers[start:], self._half, "training")
 
     def initial(self) -> Any:
         """The buffer that holds the weights of the network this was made from."""

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.errors import NacreError, is_shortage, require
-from nacre.memory import available_memory
+from nacre.io.memory import available_memory
 from nacre.render.engine import mitsuba
 from nacre.render.kernels import release_kernels
 from nacre.runtime.interrupts import uninterrupted

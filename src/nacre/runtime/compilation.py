@@ -17,7 +17,7 @@ import numba
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
 from nacre.errors import NacreError
-from nacre.memory import available_memory
+from nacre.io.memory import available_memory
 from nacre.runtime.code_folder import code_folder
 from nacre.runtime.lock import exclusive
 

@@ -1,4 +1,4 @@
-"""PyTorch devices."""
+"""Devices of PyTorch and Dr.Jit."""
 
 from __future__ import annotations
 
@@ -45,3 +45,13 @@ def one_thread() -> Iterator[None]:
         yield
     finally:
         torch.set_num_threads(threads)
+
+
+def cooperative_type(array: Any) -> Any:
+    """What cooperative vectors hold on the backend of a type of Dr.Jit's, as `mi.Float`.
+
+    That type itself; on CUDA one of 16 bits, as Dr.Jit arranges no other matrices there.
+    """
+    dr = require("drjit", "render")
+    cuda = dr.backend_v(array) is dr.JitBackend.CUDA
+    return dr.float16_array_t(array) if cuda else array

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Array, Components, Floats, namespace
-from nacre.memory import available_memory
+from nacre.io.memory import available_memory
 from nacre.runtime.data import as_data
 from nacre.runtime.frozen import Frozen
 

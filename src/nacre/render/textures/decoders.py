@@ -11,7 +11,7 @@ from nacre.array import Components, Floats
 from nacre.errors import require
 from nacre.geometry import stereographic
 from nacre.numerics.mlp import SILU, Layer, dense, forward
-from nacre.render.network import pack_layers
+from nacre.render.network import pack_layers, takes_half
 from nacre.render.textures.angle_grid import AngleGrid
 from nacre.render.textures.texels import Corners, Records
 from nacre.textures.codecs.basis.codec import BasisCodec
@@ -121,9 +121,10 @@ HIT_DECODERS: dict[str, Callable[..., HitDecoder]] = {
 
 
 class _Chain:
-    """Layers on cooperative vectors."""
+    """Layers on cooperative vectors, of 16 bits where asked for and on CUDA."""
 
     def __init__(self, mi: Any, layers: Sequence[Layer], half: bool) -> None:
+        half = half or takes_half(mi)
         self._mi, self._kind = mi, mi.Float16 if half else mi.Float
         self.layers = pack_layers(mi, layers, half, "inference")
 
