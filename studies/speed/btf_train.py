@@ -117,7 +117,8 @@ def main() -> None:
     directions = torch.from_numpy(direction_inputs(wi, wo)).to(options.device)
     values = torch.from_numpy(texels[: options.batch]).to(options.device)
     codes = random.normal(size=(options.decoded, 32)).astype(np.float32)
-    encode, decode = network.encoder(wi, wo), network.decoder(wi, wo)
+    codec = UnifiedNetwork(UnifiedSettings(), Whitening(0.0, 1.0))  # encodes on the processor
+    encode, decode = codec.encoder(wi, wo), codec.decoder(wi, wo)
     basis = load_codec(PUBLISHED)
     assert isinstance(basis, BasisCodec)
     basis_encode, basis_decode = (
