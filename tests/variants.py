@@ -14,6 +14,11 @@ USUAL = os.environ.get(VARIABLE) or DEFAULT_VARIANT
 """The variant that tests draw by: `NACRE_VARIANT=cuda_ad_rgb` runs them on a graphics card."""
 
 
+def by_precision(single: float, half: float = 2e-2) -> float:
+    """The tolerance of what cooperative vectors compute: on CUDA these have 16 bits."""
+    return half if USUAL.startswith("cuda") else single
+
+
 def require_mitsuba(variant: str = USUAL) -> Any:
     """Mitsuba with a variant set; skips the calling test where it cannot run."""
     if variant.startswith("llvm") and llvm.prepare() is None:

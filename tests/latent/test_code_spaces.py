@@ -10,7 +10,7 @@ import pytest
 
 from nacre.errors import NacreError
 from tests.latent.made import basis, random_basis, random_hypernetwork
-from tests.variants import require_mitsuba
+from tests.variants import by_precision, require_mitsuba
 
 RANDOM = np.random.default_rng(5)
 WI, WO = RANDOM.normal(size=(2, 50, 3)).astype(np.float32)
@@ -95,11 +95,11 @@ def test_drjit_decodes_as_the_basis_does(in_drjit):
     expected = random_basis().decode(CODES[0]).eval(WI, WO)
     for code in (mi.Float(CODES[0]), [mi.Float(v) for v in CODES[0]]):
         found = np.array(space.decode(code, wi, wo)).T
-        np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-7)
+        np.testing.assert_allclose(found, expected, rtol=by_precision(1e-4), atol=1e-7)
     several = [mi.Float(v) for v in CODES.T]
     found = np.array(space.decode(several, mi.Vector3f(WI[:3].T), mi.Vector3f(WO[:3].T))).T
     each = [random_basis().decode(c).eval(*w) for c, *w in zip(CODES, WI[:3], WO[:3], strict=True)]
-    np.testing.assert_allclose(found, each, rtol=1e-4, atol=1e-7)
+    np.testing.assert_allclose(found, each, rtol=by_precision(1e-4), atol=1e-7)
 
 
 def test_drjit_gradients_are_those_of_differences_and_nothing_is_compiled_again(in_drjit):

@@ -17,6 +17,12 @@ def pairs(count: int) -> tuple[np.ndarray, np.ndarray]:
     return hemisphere(random, count), hemisphere(random, count)
 
 
+def grazing(random: np.random.Generator, count: int) -> np.ndarray:
+    height, azimuth = 10.0 ** -random.uniform(1, 4, count), random.uniform(0, 2 * np.pi, count)
+    sine = np.sqrt(1 - height**2)
+    return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), height], axis=-1)
+
+
 def network(biases: list[float], isotropic: bool = True) -> NeuralBrdf:
     random = np.random.default_rng(0)
     first = Layer(random.normal(0, 0.3, (6, len(biases))), np.array(biases))
@@ -32,6 +38,17 @@ def test_only_inactive_units_go(isotropic):
     small = without_inactive_units(whole)
     assert small.sizes == (6, 3, 4, 3)
     np.testing.assert_allclose(small.eval(*pairs(20_000)), whole.eval(*pairs(20_000)), rtol=1e-5)
+
+
+def test_units_that_only_grazing_light_and_view_reach_stay():
+    random = np.random.default_rng(2)
+    first = Layer(random.normal(0, 0.3, (6, 3)), np.zeros(3))
+    # Of the paper's inputs, h and d, both heights are small only where all but touches the surface.
+    first.weights[:, 1], first.biases[1] = [0, 0, -1, 0, 0, -1], 0.08
+    whole = NeuralBrdf([first, Layer(random.normal(0, 2.0, (3, 3)), np.full(3, 0.3))])
+    wi, wo = grazing(random, 20_000), grazing(random, 20_000)
+    small = without_inactive_units(whole)
+    np.testing.assert_allclose(small.eval(wi, wo), whole.eval(wi, wo), rtol=1e-6, atol=1e-9)
 
 
 def test_a_layer_keeps_a_unit():

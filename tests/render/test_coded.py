@@ -12,7 +12,7 @@ import nacre
 from nacre.latent import pretrained_basis, save_basis, save_code
 from nacre.render.plugins import register
 from tests.latent.made import basis as pca_basis
-from tests.variants import require_mitsuba
+from tests.variants import by_precision, require_mitsuba
 
 CODE = pretrained_basis().examples[40].astype(float)
 KEY = "shape.bsdf.code"
@@ -54,7 +54,7 @@ def test_a_code_looks_like_the_network_that_it_decodes_into(mi, tmp_path):
     expected = np.array(mi.render(scene(mi, nacre.render.bsdf(decoded)), spp=4))
     assert expected.max() > 0.05
     for image in (one, other):
-        np.testing.assert_allclose(np.array(image), expected, rtol=2e-3, atol=1e-5)
+        np.testing.assert_allclose(np.array(image), expected, rtol=by_precision(2e-3), atol=1e-5)
 
 
 def test_gradients_are_those_of_differences_and_no_kernel_is_compiled_again(mi):

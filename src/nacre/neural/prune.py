@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from nacre.array import Components, Weights
 from nacre.geometry import cosine_hemisphere, join, split, uniform_rusinkiewicz
 from nacre.neural.inputs import network_inputs
 from nacre.neural.nbrdf import NeuralBrdf
@@ -17,13 +18,15 @@ def without_inactive_units(network: NeuralBrdf) -> NeuralBrdf:
     """The same reflectance from fewer weights.
 
     A hidden unit whose input to the activation is negative, with a margin, at each of 2^16 pairs of
-    directions uniform in the Rusinkiewicz angles and as many that follow the cosine, is left out.
-    Training leaves a few such units in most networks.
+    directions uniform in the Rusinkiewicz angles, as many that follow the cosine and as many near
+    the horizon is left out. Training leaves a few such units in most networks.
     """
     random = np.random.default_rng(0)
     pairs = [uniform_rusinkiewicz(random.random((4, _PAIRS), np.float32))]
     v = random.random((4, _PAIRS), np.float32)
     pairs.append((cosine_hemisphere(v[0], v[1]), cosine_hemisphere(v[2], v[3])))
+    u = random.random((4, _PAIRS), np.float32)
+    pairs.append((_near_horizon(u[0], u[1]), _near_horizon(u[2], u[3])))
     wi, wo = (np.concatenate([join(pair[side]) for pair in pairs]) for side in (0, 1))
     visible = (wi[:, 2] > 0) & (wo[:, 2] > 0)
     light, view = (split(w[visible]) for w in (wi, wo))
@@ -40,3 +43,10 @@ def without_inactive_units(network: NeuralBrdf) -> NeuralBrdf:
         layers[index + 1] = Layer(after.weights[kept], after.biases)
         values = activate(values, network.activation)
     return network.with_layers(layers)
+
+
+def _near_horizon(u: Weights, v: Weights) -> Components:
+    """Directions whose cosines are uniform in their logarithm, from 1 down to 10^-4."""
+    cosine = np.float32(1e-4) ** u
+    sine, angle = np.sqrt(1.0 - cosine * cosine), np.float32(2.0 * np.pi) * v
+    return sine * np.cos(angle), sine * np.sin(angle), cosine

@@ -15,6 +15,7 @@ from nacre.textures.codecs.networks import UnifiedNetwork, UnifiedSettings, Whit
 from nacre.textures.uniform import material_of
 from tests.render.reflectances import sphere_scene
 from tests.textures.codecs.basis.made import codec as basis_codec
+from tests.variants import by_precision
 
 from .made import FLIP, FlatCodec, centres, factors_at, hemisphere, latent
 
@@ -52,7 +53,8 @@ def test_networks_at_hits_are_the_codec(rgb: Any, kind: str, options: dict[str, 
     texels, wi, wo = random.integers(0, 15, COUNT), hemisphere(COUNT, 1), hemisphere(COUNT, 2)
     found = factors_at(rgb, bsdf, centres(texels, 3, 5), wi, wo)
     expected = decoded(source, texels, wi, wo)
-    np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-3 * expected.mean())
+    tolerance = by_precision(1e-3)
+    np.testing.assert_allclose(found, expected, rtol=tolerance, atol=tolerance * expected.mean())
     assert expected.std() > 0.01
     assert found.min() >= 0.0
 
