@@ -106,10 +106,9 @@ def main() -> None:
         study.error("--literal: 1 texel or more")
     torch.set_num_threads(core_count())
     wi, wo = BONN.pairs()
-    network = UnifiedNetwork(UnifiedSettings(), Whitening(0.0, 1.0))
-    network.to(options.device)
-    trained = UnifiedNetwork(UnifiedSettings(), Whitening(0.0, 1.0))
-    trained.to(options.device)
+    codec = UnifiedNetwork(UnifiedSettings(), Whitening(0.0, 1.0))  # encodes on the processor
+    network = codec.to(options.device)
+    trained = UnifiedNetwork(UnifiedSettings(), Whitening(0.0, 1.0)).to(options.device)
     for parameter in trained.parameters.values():
         parameter.requires_grad_()
     random = np.random.default_rng(0)
@@ -117,7 +116,6 @@ def main() -> None:
     directions = torch.from_numpy(direction_inputs(wi, wo)).to(options.device)
     values = torch.from_numpy(texels[: options.batch]).to(options.device)
     codes = random.normal(size=(options.decoded, 32)).astype(np.float32)
-    codec = UnifiedNetwork(UnifiedSettings(), Whitening(0.0, 1.0))  # encodes on the processor
     encode, decode = codec.encoder(wi, wo), codec.decoder(wi, wo)
     basis = load_codec(PUBLISHED)
     assert isinstance(basis, BasisCodec)
