@@ -129,7 +129,7 @@ def test11_old_llvm_is_refused_before_it_ends_the_process() -> None:
     if not old:
         pytest.skip("needs LLVM 15 or 16 beside a newer one")
     code = "import nacre.render as r\ntry: r.mitsuba()\nexcept r.LLVMError as error: print(error)"
-    environment = os.environ | {llvm.VARIABLE: str(old[0])}
+    environment = os.environ | {llvm.VARIABLE: str(old[0]), VARIABLE: DEFAULT_VARIANT}
     done = subprocess.run(
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
@@ -9,6 +10,7 @@ import pytest
 
 from nacre.io.memory import available_memory
 from nacre.render import llvm
+from nacre.render.engine import DEFAULT_VARIANT, VARIABLE
 
 resource = pytest.importorskip("resource", reason="needs limits of a process")
 pytest.importorskip("mitsuba", reason="needs the extra 'render'")
@@ -31,9 +33,11 @@ def limited(megabytes: int, code: str, before: str = "") -> str:
     if llvm.prepare() is None:
         pytest.skip(f"needs LLVM {llvm.MINIMUM} or newer")
     script = LIMITED.format(before=before, megabytes=megabytes, code=code)
+    environment = os.environ | {VARIABLE: DEFAULT_VARIANT}  # a CUDA device wants more addresses
     done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=300
-    )
+        [sys.executable, "-c", script],
+        capture_output=True, text=True, check=False, timeout=300, env=environment,
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return done.stdout
 

@@ -107,7 +107,8 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
         wi, wo = (w.expand(shape) for w in (wi, wo))
         if not self.stacked:
             wi, wo = (w.reshape(1, math.prod(shape[:-1]), 3) for w in (wi, wo))
-        needed = [t.requires_grad for t in (wi, wo, *self.weights, *self.biases)]
+        needed = [wi.requires_grad, wo.requires_grad]
+        needed += [p.requires_grad for p in self.parameters()]
         graph = torch.is_grad_enabled() and any(needed)
         stacks = (
             [(p if self.stacked else p[None]).to(wi.dtype) for p in ps]

@@ -42,6 +42,7 @@ def test_texels_lie_where_those_of_bitmaps_do(rgb: Any, name: str) -> None:
                 "bitmap": rgb.Bitmap(pixels),
                 "raw": True,
                 "filter_type": theirs,
+                "accel": False,
                 "wrap_mode": "repeat",
                 "to_uv": to_uv,
             }

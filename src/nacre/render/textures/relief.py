@@ -28,7 +28,10 @@ class Relief:
         self._mi, self._aspect, self._shape = mi, aspect, field.shape
         self._bottom, self._top = float(field.min()), float(field.max())
         tensor = mi.TensorXf(field[:, :, None].astype(np.float32))
-        self._field = mi.Texture2f(tensor, wrap_mode=dr.WrapMode.Repeat, migrate=False)
+        # Graphics cards filter by fractions of 8 bits, which would make steps of a slope.
+        self._field = mi.Texture2f(
+            tensor, wrap_mode=dr.WrapMode.Repeat, migrate=False, use_accel=False
+        )
 
     def seen(self, uv: Any, view: Components) -> Any:
         """Where the ray that would meet the plane at `uv`, an `mi.Point2f`, meets the field.
