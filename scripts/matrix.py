@@ -29,9 +29,22 @@ import nacre
 from nacre.analytic import Ggx
 nacre.save(Ggx(diffuse=(0.2, 0.1, 0.1), specular=(0.3, 0.2, 0.1), roughness=0.3), "paint.bsdf")
 """
+INCLUDED = """
+import nacre, nacre.latent
+for name in ("merl:chrome", "captured:tweed"):
+    print(nacre.load(name))
+print(nacre.latent.pretrained_basis())
+"""
 FIT = "-m", "nacre", "fit", "paint.bsdf", "--preset", "draft", "-o", "paint.safetensors"
-COMMON = ("-c", MEASUREMENT), FIT, ("-m", "nacre", "info", "paint.safetensors")
-"""What works without extras, as arguments of Python: a file is written, fitted and shown."""
+COMMON = (
+    ("-c", INCLUDED),
+    ("-c", MEASUREMENT),
+    FIT,
+    ("-m", "nacre", "info", "paint.safetensors"),
+)
+"""What works without extras, as arguments of Python: what comes with nacre is read, and a file is
+written, fitted and shown.
+"""
 
 NACRE = "-m", "nacre"
 SMOKE: dict[str, tuple[tuple[str, ...], ...]] = {
