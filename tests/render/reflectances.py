@@ -8,13 +8,16 @@ from typing import Any
 
 import numpy as np
 
+import nacre
 from nacre.array import Components
 from nacre.brdf import Brdf
 from nacre.geometry import dot, half_vector
+from nacre.measured.merl import tabulate
 from nacre.neural.inputs import PAPER, input_count
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, NeuralBrdf
 from nacre.numerics.mlp import Layer
 from nacre.sampling import BlinnPhongMixture
+from tests.data import require_data
 
 
 class Constant(Brdf):
@@ -101,3 +104,44 @@ def interaction(mi: Any, wo: Any) -> Any:
     si = dr.zeros(mi.SurfaceInteraction3f, len(wo))
     si.wi = mi.Vector3f(np.ascontiguousarray(wo.T))
     return si
+
+
+PUBLISHED = ("satin_rosaline", "paper_white", "cc_ibiza_sunset")
+
+
+ENHANCED: dict[str, Any] = {"inputs": "enhanced", "activation": "squared relu"}
+TURNED: dict[str, Any] = {**ENHANCED, "isotropic": False, "angle": 0.5}
+
+
+def reflectance(name: str) -> Brdf:
+    """A reflectance of the test, of the published networks or of the measured tables."""
+    if name == "constant":
+        return Constant(0.2, 0.5, 0.8)
+    if name == "anisotropic":
+        return network(3, isotropic=False)
+    if name == "enhanced":
+        return network(4, **ENHANCED)
+    if name == "turned":
+        return network(5, **TURNED)
+    if name in RECIPROCAL:
+        squared = {"inputs": "reciprocal", "activation": "squared relu"}
+        return network(6, isotropic=name == "reciprocal", **squared)
+    if name.startswith("random"):
+        return network(int(name[len("random") :]))
+    if name.endswith("tabulated"):
+        return tabulate(reflectance(name.removesuffix(" tabulated")))
+    folder, ending = ("rgl", "bsdf") if name.endswith("measured") else ("pretrained/rgl", "h5")
+    return nacre.load(require_data(folder, f"{name.removesuffix(' measured')}_rgb.{ending}"))
+
+
+RECIPROCAL = "reciprocal", "anisotropic reciprocal"
+NAMES = (
+    "constant",
+    "anisotropic",
+    "enhanced",
+    "turned",
+    *RECIPROCAL,
+    "random1",
+    *PUBLISHED,
+    "satin_rosaline measured",
+)
