@@ -151,8 +151,10 @@ def test_parameters_are_checked():
         kind(**good | {"diffuse": (0.1, math.nan, 0.1)})
     with pytest.raises(ValueError, match="three numbers"):
         kind(**good | {"diffuse": 0.5})
-    with pytest.raises(ValueError, match="ggx lacks specular, roughness; unknown is nothing"):
+    with pytest.raises(ValueError, match=r"^ggx lacks specular, roughness$"):
         kind(diffuse=(0, 0, 0))
+    with pytest.raises(ValueError, match=r"^ggx lacks roughness and has no gloss$"):
+        kind(diffuse=(0, 0, 0), specular=(0, 0, 0), gloss=0.5)
     for wrong in ("0.5", True, None, {}):
         with pytest.raises(ValueError, match="roughness takes numbers"):
             kind(**good | {"roughness": wrong})

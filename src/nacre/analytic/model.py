@@ -201,9 +201,10 @@ class AnalyticBrdf(LobeSampledBrdf):
         known = self.numbers()
         names = [parameter.name for parameter in known]
         if set(values) != set(names):
-            unknown = ", ".join(n for n in values if n not in names)[:200] or "nothing"
-            lacking = ", ".join(n for n in names if n not in values)[:200] or "nothing"
-            raise ValueError(f"{self.model} lacks {lacking}; unknown is {unknown}")
+            unknown = [n for n in values if n not in names]
+            wrong = {"lacks": [n for n in names if n not in values], "has no": unknown}
+            parts = (f"{verb} {', '.join(part)[:200]}" for verb, part in wrong.items() if part)
+            raise ValueError(f"{self.model} {' and '.join(parts)}")
         self.values: Mapping[str, Value] = {p.name: p.check(values[p.name]) for p in known}
         self.metadata: Mapping[str, Any] = dict(metadata or {})
 
