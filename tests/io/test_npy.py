@@ -51,6 +51,7 @@ def header(shape: str, descr: str = "'<f8'") -> bytes:
         written(np.zeros(3)) + b"\0",
         written(np.zeros(3, int)),
         written(np.zeros(3), (2, 0)),
+        header("(3,)", "'<f16'") + bytes(48),
         header("(3,)", "'|O'") + bytes(24),
         header("(3,)", "[('a', '<f8')]") + bytes(24),
         header("(-1, -3)") + bytes(24),
