@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import functools
+import importlib
 import importlib.util
+from contextlib import suppress
 from typing import Any, ClassVar
 
 import numpy as np
@@ -64,6 +66,8 @@ def context() -> Any:
     """The one context of this process, of OpenGL 4.1 or newer."""
     import moderngl
 
+    with suppress(ImportError):  # of PyTorch for CUDA: loaded after Mesa's libLLVM, it crashes
+        importlib.import_module("triton")
     found = moderngl.create_context(standalone=True, backend="egl", require=410)
     found.gc_mode = "auto"  # what Python drops is deleted
     return found
