@@ -117,6 +117,12 @@ def test_value_that_is_not_finite_is_refused(tmp_path: Path, value: float) -> No
     assert_refused(load_npz, write(tmp_path / "a.npz", npz_bytes(f_r=f_r)), "not finite")
 
 
+def test_signalling_nan_is_refused_without_a_warning(tmp_path: Path) -> None:
+    f_r = random_f_r().astype(np.float16)
+    f_r.view(np.uint16)[1, 2, 3, 1] = 0x7C01
+    assert_refused(load_npy, write(tmp_path / "a.npy", npy_bytes(f_r)), "not finite")
+
+
 def test_other_types_are_refused(tmp_path: Path) -> None:
     for array in (np.zeros((*SMALL, 3), np.int32), np.zeros((*SMALL, 3), complex)):
         assert_refused(load_npy, write(tmp_path / "a.npy", npy_bytes(array)), "expected floats")

@@ -74,7 +74,7 @@ def _table(content: bytes, where: str, name: str) -> MerlBrdf:
     if not all(1 <= n <= NODE_LIMIT for n in f_r.shape[:3]):
         sizes = " x ".join(map(str, f_r.shape[:3]))
         raise FormatError(f"{where}: has {sizes} nodes, expected 90 x 90 x 180")
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):  # of signalling NaN
         stored = f_r / np.asarray(SCALES)
     largest = LARGEST * (1.0 + 1e-9)  # what was multiplied by the scales when it was written
     check_finite(stored, f"{where}: values", "mark missing samples by -1", largest)
