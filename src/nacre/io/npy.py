@@ -128,7 +128,7 @@ def _header(
     left = length - start
     # Wider floats differ between processors, and have patterns that are no number at all.
     if dtype.kind != kind or (kind == "f" and dtype.itemsize > 8):
-        wanted = "floats (float32)" if kind == "f" else "text"
+        wanted = "floats of 16, 32 or 64 bits" if kind == "f" else "text"
         raise FormatError(f"{where}: is of type {dtype}, expected {wanted}")
     if min(shape, default=1) < 0 or math.prod(shape) * dtype.itemsize != left:
         raise FormatError(f"{where}: header promises {shape} {dtype}, {left} bytes follow")

@@ -176,7 +176,7 @@ TILTED = [0.6, 0.0, 0.8]
         ({"values": np.zeros((2, 3, 1, 3))}, "has n = 1; there are 2 wi, 2 wo"),
         ({"values": np.zeros((2, 3, 2, 3), "u1")}, "'values': is of type uint8, expected floats"),
         ({"wi": np.array([[0, 0, 1]] * 2)}, "'wi': is of type int64, expected floats"),
-        ({"values": np.zeros((2, 3, 2, 3), np.longdouble)}, "expected float16, float32 or"),
+        ({"values": np.zeros((2, 3, 2, 3), np.longdouble)}, "expected floats of 16, 32 or"),
         ({"values": np.asfortranarray(np.zeros((2, 3, 2, 3)))}, "is in Fortran order"),
         ({"wi": np.array([TILTED])}, "there are 1 wi, 2 wo"),
         ({"wi": np.zeros((0, 3))}, "expected (n, 3), n from 1"),

@@ -39,7 +39,6 @@ _LISTING_LIMIT = 1 << 20  # most bytes that may be read at once: the list of wha
 _BLOCK = 1 << 26
 _ALIGNMENT = 64
 _PADDING = 0xD935  # kind of extra field that only pads, as of other programs that align
-_TYPES = ("f2", "f4", "f8")
 _DTYPES: dict[Precision, str] = {"half": "<f2", "single": "<f4"}
 _ENCRYPTED = 1
 
@@ -103,9 +102,6 @@ def load(path: PathLike) -> TableBtf:
         else:
             values = parse_npy(unpacked("values", size), where)
     shape = values.shape
-    kind = values.dtype
-    if kind.str[1:] not in _TYPES:
-        raise FormatError(f"{where}: is of type {kind}, expected float16, float32 or float64")
     if len(shape) != 4 or shape[3] != 3 or not values.size:
         raise FormatError(f"{where}: has shape {shape}, expected (height, width, n, 3), none of 0")
     if not values.flags.c_contiguous:
