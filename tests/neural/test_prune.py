@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import nacre
+from nacre.geometry import from_spherical, join
 from nacre.neural import Layer, NeuralBrdf
 from nacre.neural.prune import without_inactive_units
 from tests.data import require_data
@@ -19,8 +20,7 @@ def pairs(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 def grazing(random: np.random.Generator, count: int) -> np.ndarray:
     height, azimuth = 10.0 ** -random.uniform(1, 4, count), random.uniform(0, 2 * np.pi, count)
-    sine = np.sqrt(1 - height**2)
-    return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), height], axis=-1)
+    return join(from_spherical(np.arccos(height), azimuth))
 
 
 def network(biases: list[float], isotropic: bool = True) -> NeuralBrdf:

@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from nacre.array import Components, Weights
-from nacre.geometry import cosine_hemisphere, join, split, uniform_rusinkiewicz
+from nacre.geometry import (
+    cosine_hemisphere,
+    from_spherical,
+    join,
+    split,
+    uniform_rusinkiewicz,
+)
 from nacre.neural.inputs import network_inputs
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.numerics.mlp import Layer, activate, dense
@@ -47,6 +53,4 @@ def without_inactive_units(network: NeuralBrdf) -> NeuralBrdf:
 
 def _near_horizon(u: Weights, v: Weights) -> Components:
     """Directions whose cosines are uniform in their logarithm, from 1 down to 10^-4."""
-    cosine = np.float32(1e-4) ** u
-    sine, angle = np.sqrt(1.0 - cosine * cosine), np.float32(2.0 * np.pi) * v
-    return sine * np.cos(angle), sine * np.sin(angle), cosine
+    return from_spherical(np.arccos(np.float32(1e-4) ** u), np.float32(2.0 * np.pi) * v)

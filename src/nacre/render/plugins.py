@@ -59,7 +59,7 @@ def register() -> None:
 def bsdf(material: Brdf | Btf | LatentMap, **options: Any) -> Any:
     """A Mitsuba BSDF of a material in memory, to put into scene dictionaries.
 
-    Sets :data:`nacre.render.engine.DEFAULT_VARIANT` if no variant is set.
+    Sets the variant that :func:`nacre.render.mitsuba` starts with if none is set.
 
     Parameters
     ----------

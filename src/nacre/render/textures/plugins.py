@@ -39,7 +39,7 @@ MEMORY = 2048
 def texture_bsdf(texture: LatentMap | Btf, progress: Progress = silent, **options: Any) -> Any:
     """A Mitsuba BSDF of a texture in memory, to put into scene dictionaries.
 
-    Sets :data:`nacre.render.engine.DEFAULT_VARIANT` if no variant is set.
+    Sets the variant that :func:`nacre.render.mitsuba` starts with if none is set.
 
     Parameters
     ----------
