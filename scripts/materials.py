@@ -38,43 +38,43 @@ def page() -> str:
 
 def section(family: Family, members: list[Material]) -> str:
     """One family: a table of those that were compared with a measurement, a list of the others."""
-    known = f"Source: {family.source} Terms: {family.terms}"
     rights = family.source, family.terms
-    same = next(f for f in families().values() if (f.source, f.terms) == rights)
-    if same.name != family.name:
-        known = f"Source and terms: as `{same.name}`."
-    text = [f"## {family.name}", "", f"{family.about} {known}"]
+    first = next(other for other in families().values() if (other.source, other.terms) == rights)
+    known = f"Source: {family.source} Terms: {family.terms}"
+    if first.name != family.name:
+        known = f"Source and terms: as `{first.name}`."
+    sizes = [member.nbytes for member in members]
+    size = f"Files of {min(sizes):,} to {max(sizes):,} bytes."
+    text = [f"## {family.name}", "", f"{family.about} {known} {size}"]
     judged = [member for member in members if member.psnr]
     if judged:
         text += ["", *table(judged)]
     others = [member for member in members if not member.psnr]
     if others:
-        stems = ", ".join(f"`{member.name.partition(':')[2]}`" for member in others)
+        stems = ", ".join(f"`{stem(member)}`" for member in others)
         rounding = [member.rounding for member in others if member.rounding is not None]
-        said = f"; rounding {min(rounding)} to {max(rounding)} dB" if rounding else ""
-        start = f"{len(others)} with unknown PSNR, {span(others)} bytes each{said}"
-        text += ["", f"{start}, as `{family.name}:NAME`: {stems}."]
+        said = f", rounding {min(rounding)} to {max(rounding)} dB" if rounding else ""
+        text += ["", f"{len(others)} with unknown PSNR{said}, as `{family.name}:NAME`: {stems}."]
     return "\n".join([*text, ""])
-
-
-def span(members: list[Material]) -> str:
-    """Sizes from the smallest to the largest file."""
-    sizes = [member.nbytes for member in members]
-    return f"{min(sizes):,} to {max(sizes):,}"
 
 
 def table(members: list[Material]) -> list[str]:
     """Lines of a table with a row for each material."""
     rounded = any(member.rounding is not None for member in members)
-    columns = ["name", "", "bytes", "PSNR", *["rounding"] * rounded]
-    lines = [f"| {' | '.join(columns)} |", f"|---|---|{'---:|' * (len(columns) - 2)}"]
+    titled = any(member.title != stem(member) for member in members)
+    columns = ["name", *["title"] * titled, "PSNR", *["rounding"] * rounded]
+    lines = [f"| {' | '.join(columns)} |", f"|---|{'---|' * titled}{'---:|' * (1 + rounded)}"]
     for member in members:
-        title = member.title if member.title != member.name.partition(":")[2] else ""
         error = " / ".join(map(str, member.psnr.values()))
-        cells = [f"`{member.name}`", title, f"{member.nbytes:,}", error]
+        cells = [f"`{member.name}`", *[member.title] * titled, error]
         cells += [f"{member.rounding}"] * rounded
-        lines.append(f"| {' | '.join(cells)} |".replace("|  |", "| |"))
+        lines.append(f"| {' | '.join(cells)} |")
     return lines
+
+
+def stem(member: Material) -> str:
+    """What stands after the colon of a name."""
+    return member.name.partition(":")[2]
 
 
 if __name__ == "__main__":
