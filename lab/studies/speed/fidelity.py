@@ -1,9 +1,11 @@
 """How close fits come to measured materials, how long they take, and the published networks.
 
 Protocol: the deterministic sphere of :mod:`nacre.render.sphere`, 128 x 128, under an environment
-map and a directional light. Three sets of recipes:
+map and a directional light. Sets of recipes:
 
-- methods: what `nacre fit` offers, against the networks that the authors published;
+- commands: what the README shows, `nacre fit` with each preset and with the paper's inputs, against
+  the networks that the authors published;
+- methods: inputs, sizes and lengths of training;
 - presets: `nacre fit --preset`, with both kinds of inputs;
 - training: the default network, the same with ReLUs, from one start, and of `--preset best`;
 - stereographic: networks that see light and view as networks for textures do (Rainer, Jakob, Ghosh
@@ -49,6 +51,10 @@ from nacre.numerics.mlp import RELU
 from nacre.render.preview import write_bytes
 
 _PAPER = nacre.Recipe(inputs="paper", sampling="rusinkiewicz")
+COMMANDS = {
+    "`nacre fit --inputs paper`": nacre.Recipe(inputs="paper"),
+    **{f"`nacre fit --preset {name}`": nacre.Recipe.preset(name) for name in PRESETS},
+}
 METHODS = {
     "paper's inputs and directions, 675 weights": _PAPER,
     "paper's inputs, 675 weights": nacre.Recipe(inputs="paper"),
@@ -88,6 +94,7 @@ STEREOGRAPHIC = {
     ),
 }
 SETS = {
+    "commands": COMMANDS,
     "methods": METHODS,
     "presets": {
         f"`{name}`, {inputs} inputs": nacre.Recipe.preset(name, inputs=inputs)
@@ -127,7 +134,7 @@ TRUTHS = {"tables": tables, "networks": networks, "parameters": parameters}
 def main() -> None:
     """Print a Markdown table: means over materials and seeds, and the worst material's PSNR."""
     study = Study(__doc__, __file__)
-    study.add_argument("--set", choices=SETS, default="methods", help="recipes that are compared")
+    study.add_argument("--set", choices=SETS, default="commands", help="recipes that are compared")
     study.add_argument("--truth", choices=TRUTHS, default="tables", help="what is fitted")
     study.add_argument("--seeds", type=int, default=3, help="fits of each material")
     study.add_argument("--pictures", action="store_true", help="write a sheet of each fit")
