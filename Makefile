@@ -18,17 +18,17 @@ lint: setup
 	.venv/bin/lint-imports --no-logo
 
 bench: setup  ## Speed and quality tables; takes about an hour.
-	$(RUN) -m studies.speed.fit
-	$(RUN) -m studies.speed.cluster
-	$(RUN) -m studies.speed.stacked --samples 80000
-	$(RUN) -m studies.speed.evaluate
-	$(RUN) -m studies.speed.torch_module
-	$(RUN) -m studies.speed.export
-	$(RUN) -m studies.speed.render --cooperative
-	$(RUN) -m studies.speed.fidelity
-	$(RUN) -m studies.speed.fidelity --set presets
-	$(RUN) -m studies.speed.btf_file
-	$(RUN) -m studies.speed.btf_train
+	$(RUN) -m lab.studies.speed.fit
+	$(RUN) -m lab.studies.speed.cluster
+	$(RUN) -m lab.studies.speed.stacked --samples 80000
+	$(RUN) -m lab.studies.speed.evaluate
+	$(RUN) -m lab.studies.speed.torch_module
+	$(RUN) -m lab.studies.speed.export
+	$(RUN) -m lab.studies.speed.render --cooperative
+	$(RUN) -m lab.studies.speed.fidelity
+	$(RUN) -m lab.studies.speed.fidelity --set presets
+	$(RUN) -m lab.studies.speed.btf_file
+	$(RUN) -m lab.studies.speed.btf_train
 
 fuzz: setup  ## Ten minutes of damaged files for every reader; FORMATS=MERL SECONDS=60 for less.
 	@$(RUN) -c 'import atheris' 2>/dev/null || .venv/bin/pip install -q 'atheris>=2.3'

@@ -6,7 +6,7 @@ import numpy as np
 
 from nacre.brdf import Brdf
 from nacre.geometry import half_vector
-from studies.references.reflectances import Beckmann, Glossy, Rotated
+from tests.oracles.reflectances import Beckmann, Glossy, Rotated
 
 __all__ = ["Beckmann", "Brushed", "Glossy", "Rotated"]
 

@@ -54,7 +54,7 @@ def anchors(page: Path) -> set[str]:
 @cache
 def modules() -> list[str]:
     """Every Python file of the project."""
-    folders = "src", "tests", "studies", "scripts", "docs"
+    folders = "src", "tests", "lab", "scripts", "docs"
     paths = (path for folder in folders for path in (ROOT / folder).rglob("*.py"))
     return [f"/{path.relative_to(ROOT)}" for path in paths]
 

@@ -17,9 +17,7 @@ import pytest
 import nacre
 from nacre import formats
 from nacre.analytic import MODELS
-from nacre.benchmark import METHODS, Method
-from nacre.benchmark.results import read_results
-from nacre.benchmark.run import _package_code
+from nacre.analytic.lambert import Lambert
 from nacre.export import TARGETS
 from nacre.formats import FORMATS
 from nacre.latent import BASES, load_basis, load_code
@@ -32,15 +30,14 @@ from nacre.textures.codecs.codec_file import codec_facts
 from nacre.textures.plan import candidate_pairs, informative
 from nacre.workflows.codec_training import train_codec
 from nacre.workflows.encoding import encode_texture
-from studies.parity.materials import material
 from tests.cli.support import run
 from tests.latent.made import MATERIALS, NEW
+from tests.oracles.materials import material
 from tests.textures.codecs.networks.made import OTHER, texture, write
 
 EXAMPLE = Path(__file__).parents[1] / "docs" / "examples"
 """The source tree of the package `nacre-example`."""
-MADE_HERE = Method("nothing", lambda brdf: brdf, "analytic")
-REGISTRIES = (FORMATS, MODELS, SAMPLERS, BASES, CODECS, TARGETS, METHODS)
+REGISTRIES = (FORMATS, MODELS, SAMPLERS, BASES, CODECS, TARGETS)
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +73,6 @@ def test_the_package_has_a_member_of_each_family(installed: Path) -> None:
             if type(member).__module__.startswith("nacre_example")
             or getattr(member, "__module__", "").startswith("nacre_example")
             or getattr(getattr(member, "load", None), "__module__", "") == "nacre_example.format"
-            or getattr(getattr(member, "fit", None), "__module__", "") == "nacre_example.method"
         ]
         assert len(brought) == 1, registry.what
 
@@ -211,36 +207,23 @@ def test_a_sampler_of_another_package_stays_with_a_network(
         nacre.load(path)
 
 
-def test_a_method_of_another_package_has_rows_in_the_benchmark(
-    installed: Path, site: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The command of the guide to the benchmark, short."""
-    pytest.importorskip("skimage", reason="needs the extra 'render'")
-    words = ["bench", "--methods", "half-angle,lambert", "--only", "rgl:satin_rosaline", "--quick"]
-    assert run(*words, "-o", "results.jsonl") == 0
-    own, lambert = read_results(Path("results.jsonl"))
-    assert own.unavailable is None
-    assert own.measures["size_bytes"] == 72
-    assert own.measures["reciprocity_error"] == pytest.approx(0.0, abs=1e-6)
-    for light in ("environment", "directional"):
-        key = f"{light}_psnr_db"
-        assert (own.measures[key] or 0.0) > (lambert.measures[key] or 0.0) + 1.0
-    assert own.versions["nacre-example"] == "0.1"
-    assert "nacre-example" not in lambert.versions
-    assert run(*words, "-o", "results.jsonl") == 0
-    assert len(Path("results.jsonl").read_text().splitlines()) == 2
+def test_a_command_of_another_package_is_listed_and_runs(installed: Path, site: Path) -> None:
+    nacre.save(Lambert(diffuse=(0.5, 0.25, 0.125)), installed / "gray.json")
+    environment = {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join([str(site), *filter(None, sys.path)]),
+    }
 
+    def printed(*words: str) -> str:
+        command = [sys.executable, "-m", "nacre", *words]
+        return subprocess.run(
+            command, env=environment, check=True, capture_output=True, text=True
+        ).stdout
 
-def test_rows_of_a_method_go_by_the_code_of_its_module(installed: Path) -> None:
-    method = METHODS["half-angle"]
-    assert _package_code(method)
-    assert _package_code(MADE_HERE) not in ("", _package_code(method))
-
-
-def test_a_method_must_not_take_a_name(installed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(METHODS._members, "ggx", METHODS["half-angle"])
-    assert run("bench", "--only", "rgl:satin_rosaline", "--quick") == 2
-    assert not list(installed.glob("*.jsonl"))
+    assert "brightness  Print which part of the light from one direction" in printed()
+    assert "--incidence DEG" in printed("help", "brightness")
+    found = json.loads(printed("brightness", "gray.json", "--json"))
+    assert list(found.values()) == pytest.approx([0.5, 0.25, 0.125], rel=1e-3)
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="Node.js is not installed")

@@ -5,9 +5,12 @@ The names below are the public interface; heavy libraries load on first use.
 
 from __future__ import annotations
 
+import importlib
 from typing import TYPE_CHECKING
 
 import lazy_loader
+
+from nacre.objects.described import draw_by
 
 if TYPE_CHECKING:
     from nacre import (
@@ -96,6 +99,14 @@ __getattr__, _, _ = lazy_loader.attach(
     submodules=set(__all__).difference(["__version__"], *_ATTRIBUTES.values()),
     submod_attrs=_ATTRIBUTES,
 )
+
+
+def _picture(material: object) -> str:
+    """What notebooks show of a material; what draws is imported with the first."""
+    return str(importlib.import_module(f"{__name__}.viewer.notebook").live(material))
+
+
+draw_by(_picture)
 
 
 def __dir__() -> list[str]:

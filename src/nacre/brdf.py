@@ -25,12 +25,12 @@ from nacre.array import (
     Vectors,
     namespace,
 )
+from nacre.compile.pairs import check_unit, checked, compiled, in_chunks
 from nacre.errors import NacreError
 from nacre.geometry import broadcast_shape, cosine_hemisphere, join, split
 from nacre.numerics.direction_samples import Scattered
-from nacre.runtime.described import Described, readable_size
-from nacre.runtime.frozen import Frozen
-from nacre.runtime.pairs import check_unit, checked, compiled, in_chunks
+from nacre.objects.described import Described, readable_size
+from nacre.objects.frozen import Frozen
 
 _LARGEST = float(np.finfo(np.float32).max)
 """Bound of f_r in 1/sr: a file may hold finite numbers whose products are not."""
@@ -235,7 +235,7 @@ class Brdf(Described):
         ------
         ValueError
             If a direction is not a number, or not of unit length to
-            :data:`nacre.runtime.pairs.UNIT_TOLERANCE`.
+            :data:`nacre.compile.pairs.UNIT_TOLERANCE`.
         NacreError
             If gradients are asked for and this reflectance is not :attr:`traceable`.
         """

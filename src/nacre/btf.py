@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.errors import NacreError
-from nacre.runtime.described import Described
+from nacre.objects.described import Described
 
 Indices = npt.NDArray[np.integer[Any]]
 

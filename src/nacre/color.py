@@ -4,7 +4,7 @@ A color becomes the spectrum red * r + green * g + blue * b of three smooth spec
 1], sum to 1 at every wavelength and reproduce linear Rec. 709 RGB under D65 and the CIE 1931
 2-degree observer to 1e-4 (Mallett and Yuksel 2019, "Spectral Primary Decomposition for Rendering
 with sRGB Reflectance"). Being linear it holds for values above 1, which a reflectance in 1/sr has.
-`studies/ablations/spectral_primaries.py` makes the table.
+`lab/studies/ablations/spectral_primaries.py` makes the table.
 """
 
 from __future__ import annotations

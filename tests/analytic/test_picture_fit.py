@@ -7,8 +7,8 @@ import pytest
 
 from nacre import analytic
 from nacre.analytic import AnisotropicGgx, Ggx
+from nacre.compile.adjustable import AdjustableFunction
 from nacre.geometry import join, uniform_hemisphere
-from nacre.runtime.adjustable import AdjustableFunction
 
 
 class Seen(Ggx):

@@ -87,7 +87,6 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("btf capture --all -o texture.npz", "texture.npz: is a file, expected a folder"),
         ("fit textures -o library", "library: has no ending; write library.safetensors"),
         ("fit factored -o library", "no measured materials found, but textures (BTFs); fit these"),
-        ("reproduce btf-foo texture.npz", "'btf-foo' is no known experiment"),
     ],
 )
 def test_what_a_file_is_and_who_takes_it(here, capsys, arguments, words):

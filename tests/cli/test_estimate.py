@@ -50,9 +50,9 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_network_and_a_code_of_a_sphere(capsys, here, monkeypatch):
-    monkeypatch.setattr("nacre.workflows.photographs.ROUNDS", 2)
+    monkeypatch.setattr("nacre.photographs.estimate.ROUNDS", 2)
     draft = lambda *a, **settings: fit(*a, Recipe.preset("draft"), **settings)  # noqa: E731
-    monkeypatch.setattr("nacre.workflows.photographs.fit", draft)
+    monkeypatch.setattr("nacre.photographs.estimate.fit", draft)
     found = run_json(capsys, "estimate", "photo.exr", *SPHERE, "-o", "paint.safetensors")
     assert found["output"] == "paint.safetensors"
     assert found["unexplained"] < 0.1

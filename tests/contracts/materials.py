@@ -29,7 +29,6 @@ from nacre.neural.inputs import (
     input_count,
 )
 from nacre.numerics.mlp import RELU, SQUARED_RELU
-from nacre.reproduce.extracted import ExtractedMicrofacets
 from nacre.sampling import fit_lobes
 from nacre.sampling.projection import Projection
 from nacre.textures.uniform import TexelBrdf
@@ -143,7 +142,6 @@ MATERIALS: dict[str, Callable[[], Brdf]] = {
     "isotropic scattered samples": lambda: scan(network(True)),
     "anisotropic scattered samples": lambda: scan(network(False)),
     "projection": lambda: Projection(Tilted(0.1, 0.2, 0.3)),
-    "extracted microfacets": lambda: ExtractedMicrofacets(EXAMPLES["ggx"]),
     **{name: lambda example=example: example for name, example in EXAMPLES.items()},
     **{name: _real("rgl", name) for name in list_data("rgl", "*.bsdf")},
     **{name: _real("cornell", name) for name in list_data("cornell", "*.brdf")},

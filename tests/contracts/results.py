@@ -12,11 +12,11 @@ from threadpoolctl import threadpool_info
 from nacre.analytic import MODELS
 from nacre.analytic import fit as fit_model
 from nacre.brdf import Brdf
+from nacre.compile.vector_code import LANES
 from nacre.latent import find_basis
 from nacre.measured import rgl
 from nacre.neural import Recipe, fit
 from nacre.neural.simd import LANES as KERNEL_LANES
-from nacre.runtime.vector_code import LANES
 from nacre.sampling import fit_lobes
 from tests.contracts.directions import awkward_pairs, pairs
 from tests.contracts.processors import WIDE, Processor, dispatched, features, target_drjit

@@ -9,11 +9,10 @@ import numpy as np
 from nacre.brdf import CosineSampler, Sampler
 from nacre.measured.microfacet_warp import microfacet_sampler
 from nacre.measured.rgl_writer import Resolution
-from nacre.reproduce.extracted import NormalSampler
 from nacre.sampling import BlinnPhongMixture, UniformSampler, fit_lobes
 from nacre.sampling.parametrizations import PARAMETRIZATIONS
 from nacre.sampling.tilted import TiltedMixture
-from tests.analytic.materials import EXAMPLES, TABLES
+from tests.analytic.materials import EXAMPLES
 from tests.contracts.materials import ANISOTROPIC, CODE, MATERIALS, made, network, rgl_table
 from tests.latent.made import predictor
 from tests.reflectances import Brushed, Glossy
@@ -36,7 +35,6 @@ SAMPLERS: dict[str, Callable[[], Sampler]] = {
     },
     "ggx": lambda: EXAMPLES["ggx"].sampler,
     "ggx-anisotropic": lambda: EXAMPLES["ggx-anisotropic"].sampler,
-    "normals of a table": lambda: NormalSampler(TABLES["distribution"]),
     "microfacets": lambda: microfacet_sampler(Glossy(0.2, 0.1, 0.4)),
     "sharp microfacets": lambda: microfacet_sampler(Glossy(0.1, 0.5, 0.03)),
     "anisotropic microfacets": lambda: microfacet_sampler(Brushed(), Resolution(6, 9, 8, 16, 16)),

@@ -11,10 +11,10 @@ import pytest
 
 from nacre.analytic.model import AnalyticBrdf
 from nacre.brdf import Brdf, CosineSampler, _validity, eval_formula, pdf_formula, sample_formula
+from nacre.compile.pairs import compiled
 from nacre.errors import NacreError
 from nacre.neural import Layer, NeuralBrdf
 from nacre.render import bsdf
-from nacre.runtime.pairs import compiled
 from nacre.sampling import UniformSampler, check_isotropic
 from tests.contracts.classes import concrete
 from tests.contracts.directions import awkward_pairs, extreme_directions, pairs, views
@@ -305,8 +305,8 @@ def test_bits_are_the_same_wherever_a_pair_stands(brdf, monkeypatch):
         for cores, size in ((1, 16), (3, 500), (2, 999)):
             with monkeypatch.context() as patch:
                 patch.setattr("nacre.runtime.parallel.core_count", lambda cores=cores: cores)
-                patch.setattr("nacre.runtime.vectorized._PARALLEL", 1)
-                patch.setattr("nacre.runtime.vectorized._SLICE", size)
+                patch.setattr("nacre.compile.vectorized._PARALLEL", 1)
+                patch.setattr("nacre.compile.vectorized._SLICE", size)
                 found = np.concatenate(
                     [x.reshape(len(wi), -1) for x in as_arrays(ask(slice(None)))], 1
                 )

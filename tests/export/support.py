@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from studies.parity.runner import RUNNERS, Runner
+from tests.oracles.runner import RUNNERS, Runner
 
 
 def needs(missing: str | None) -> None:

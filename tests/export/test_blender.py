@@ -25,9 +25,9 @@ from nacre.render.lights import DirectionalLight
 from nacre.render.sphere import render_sphere
 from nacre.standard import closures
 from nacre.standard.closures import Closures
-from studies.parity import blender, blender_addon
 from tests.analytic.materials import EXAMPLES
 from tests.export.support import needs
+from tests.oracles import blender, blender_addon
 from tests.specimens.specimen import odd_json
 
 SIZE = 64

@@ -7,10 +7,10 @@ import pytest
 
 from nacre.analytic import AnisotropicGgx
 from nacre.export import TARGETS
-from studies.parity.runners import opengl
-from studies.parity.runners.brdf_explorer import BrdfExplorerRunner, shader
 from tests.export.support import needs
 from tests.measured.support import hemisphere
+from tests.oracles.runners import opengl
+from tests.oracles.runners.brdf_explorer import BrdfExplorerRunner, shader
 
 MATERIAL = AnisotropicGgx(
     diffuse=(0.1, 0.2, 0.3),

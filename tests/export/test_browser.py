@@ -7,8 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from studies.parity.runners import browser, three
 from tests.export.support import needs, runner
+from tests.oracles.runners import browser, three
 
 UP = np.float32([[0.0, 0.0, 1.0]])
 WRONG = {

@@ -13,10 +13,10 @@ import pytest
 from nacre.array import Components, namespace
 from nacre.brdf import Brdf
 from nacre.export import TARGETS
-from studies.parity.materials import material
-from studies.parity.pairs import pairs
-from studies.parity.runners.native import WARNINGS, Gcc, build
 from tests.export.test_source import HOSTILE
+from tests.oracles.materials import material
+from tests.oracles.pairs import pairs
+from tests.oracles.runners.native import WARNINGS, Gcc, build
 
 pytestmark = pytest.mark.skipif(not shutil.which("g++"), reason="g++ is not installed")
 

@@ -12,10 +12,10 @@ from nacre.brdf import Brdf
 from nacre.export import TARGETS, Function
 from nacre.export.program import PAIR
 from nacre.export.slang import SlangLanguage
-from studies.parity.pairs import pairs
-from studies.parity.runner import reference
-from studies.parity.runners import slang
 from tests.export.support import needs, runner
+from tests.oracles.pairs import pairs
+from tests.oracles.runner import reference
+from tests.oracles.runners import slang
 
 COUNT, STEPS, PAIRS = 20, 14, 300
 

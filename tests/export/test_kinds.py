@@ -22,14 +22,14 @@ from nacre.measured.merl import Resolution, tabulate
 from nacre.neural import NeuralBrdf
 from nacre.neural.training import initial_layers
 from nacre.numerics.mlp import Layer
-from studies.parity.pairs import numbers, pairs
-from studies.parity.runner import reference, worst_error
-from studies.parity.runners import slang
 from tests.analytic.materials import EXAMPLES
 from tests.cli.support import assert_refused, run
 from tests.data import require_data
 from tests.export.support import needs
 from tests.latent import made
+from tests.oracles.pairs import numbers, pairs
+from tests.oracles.runner import reference, worst_error
+from tests.oracles.runners import slang
 
 GGX = Ggx(name="x", diffuse=(0.2, 0.1, 0.05), specular=(0.04, 0.04, 0.04), roughness=0.3)
 CODE = np.linspace(-1.0, 1.0, 32)

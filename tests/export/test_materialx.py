@@ -9,12 +9,12 @@ import pytest
 
 from nacre.brdf import Brdf
 from nacre.export import TARGETS, identifier
-from studies.parity.materials import material
-from studies.parity.pairs import pairs
-from studies.parity.runner import reference, worst_error
-from studies.parity.runners import materialx
 from tests.export.support import needs
 from tests.export.test_source import HOSTILE
+from tests.oracles.materials import material
+from tests.oracles.pairs import pairs
+from tests.oracles.runner import reference, worst_error
+from tests.oracles.runners import materialx
 
 mx = pytest.importorskip("MaterialX")
 

@@ -14,11 +14,11 @@ from nacre.color import tone_map
 from nacre.export import TARGETS
 from nacre.render.lights import DirectionalLight
 from nacre.render.sphere import render_sphere, smooth_edges
-from studies.parity import blender
-from studies.parity.materials import material
-from studies.parity.pairs import numbers, pairs
-from studies.parity.runner import reference, worst_error
 from tests.export.support import needs
+from tests.oracles import blender
+from tests.oracles.materials import material
+from tests.oracles.pairs import numbers, pairs
+from tests.oracles.runner import reference, worst_error
 
 _OSL = """
 #include <cmath>

@@ -9,13 +9,13 @@ import pytest
 
 from nacre.array import Floats, Weights
 from nacre.export import TARGETS, identifier
-from studies.parity.materials import material
-from studies.parity.pairs import numbers, pairs
-from studies.parity.runner import FEW, RUNNERS, reference, worst_error
-from studies.parity.sampling import Reference, density_error, inspect, view
 from tests.export.support import runner
+from tests.oracles.materials import material
+from tests.oracles.pairs import numbers, pairs
+from tests.oracles.runner import FEW, RUNNERS, reference, worst_error
+from tests.oracles.sampling import Reference, density_error, inspect, view
 
-_PAIRS = 100_000  # of which the last are of special kinds; `studies.parity.errors` has a million
+_PAIRS = 100_000  # of which the last are of special kinds; `tests.oracles.errors` has a million
 
 
 @cache

@@ -9,9 +9,9 @@ import numpy as np
 from nacre.array import Weights
 from nacre.render.lights import DirectionalLight
 from nacre.render.sphere import render_sphere, smooth_edges
-from studies.parity.materials import material
-from studies.parity.pictures import executed, psnr, rendered
-from studies.parity.runner import Runner
+from tests.oracles.materials import material
+from tests.oracles.pictures import executed, psnr, rendered
+from tests.oracles.runner import Runner
 
 
 class _NumPy(Runner):

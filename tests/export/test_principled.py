@@ -18,10 +18,10 @@ from nacre.export.blender_addon import reading
 from nacre.render.lights import DirectionalLight
 from nacre.render.sphere import render_sphere
 from nacre.standard.principled import FilmPrincipled, Principled
-from studies.parity import blender, blender_addon
-from studies.parity.principled import socket
 from tests.analytic.materials import EXAMPLES
 from tests.export.support import needs
+from tests.oracles import blender, blender_addon
+from tests.oracles.principled import socket
 
 SIZE = 64
 TERMS = "CC BY 4.0; cite the authors"

@@ -13,9 +13,9 @@ import nacre
 from nacre.errors import NacreError
 from nacre.export import TARGETS, export
 from nacre.geometry import half_difference, split
-from studies.parity.materials import material
-from studies.parity.pairs import pairs
-from studies.parity.runner import reference, worst_error
+from tests.oracles.materials import material
+from tests.oracles.pairs import pairs
+from tests.oracles.runner import reference, worst_error
 
 
 def plugin(files, name, wi, wo):

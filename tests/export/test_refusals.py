@@ -16,10 +16,10 @@ from nacre.export import TARGETS
 from nacre.export.target import TABLES, TEXTURES, WIDE
 from nacre.measured.merl import Resolution, tabulate
 from nacre.neural import Layer, NeuralBrdf
-from studies.parity.materials import material
-from studies.parity.pairs import pairs
-from studies.parity.runner import reference, worst_error
 from tests.export.test_tensors import outputs
+from tests.oracles.materials import material
+from tests.oracles.pairs import pairs
+from tests.oracles.runner import reference, worst_error
 
 
 class _Spectral(Brdf):

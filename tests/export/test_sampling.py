@@ -10,9 +10,9 @@ import pytest
 
 from nacre.analytic import MODELS, AnisotropicGgx, Ggx
 from nacre.brdf import Brdf
-from studies.parity.quadrature import integrate
-from studies.parity.runner import Runner
-from studies.parity.sampling import Findings, Reference, inspect, view
+from tests.oracles.quadrature import integrate
+from tests.oracles.runner import Runner
+from tests.oracles.sampling import Findings, Reference, inspect, view
 
 BASE = {"diffuse": (0.1, 0.2, 0.3), "specular": (0.9, 0.6, 0.3)}
 MATERIALS: dict[str, Brdf] = {

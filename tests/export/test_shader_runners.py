@@ -9,12 +9,12 @@ import pytest
 
 from nacre.analytic import Ggx
 from nacre.geometry import rotate, split
-from studies.parity import shaders
-from studies.parity.runners.opengl import OpenGlRunner
-from studies.parity.runners.vulkan import VulkanRunner
-from studies.parity.shaders import ShaderRunner
 from tests.export.support import needs
 from tests.measured.support import hemisphere
+from tests.oracles import shaders
+from tests.oracles.runners.opengl import OpenGlRunner
+from tests.oracles.runners.vulkan import VulkanRunner
+from tests.oracles.shaders import ShaderRunner
 
 RUNNERS: dict[str, ShaderRunner] = {"glsl": OpenGlRunner(), "wgsl": VulkanRunner()}
 

@@ -17,9 +17,9 @@ from nacre.export import TARGETS, identifier
 from nacre.geometry import join, split
 from nacre.neural import NeuralBrdf
 from nacre.numerics.mlp import Layer
-from studies.parity.pairs import pairs
-from studies.parity.runners import slang
 from tests.export.support import needs
+from tests.oracles.pairs import pairs
+from tests.oracles.runners import slang
 
 SIZES = 6, 9, 6, 3
 

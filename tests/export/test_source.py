@@ -20,9 +20,9 @@ from nacre.measured.mbsdf_writer import tabulate
 from nacre.neural import NeuralBrdf
 from nacre.neural.training import initial_layers
 from nacre.workflows.places import PLACES
-from studies.parity.materials import material
 from tests.analytic.materials import closures
 from tests.cli.support import assert_refused, run, run_json
+from tests.oracles.materials import material
 
 HOSTILE = (
     '*/ system("rm -rf /") /*',

@@ -16,11 +16,11 @@ from nacre.brdf import Brdf
 from nacre.export import TARGETS, identifier, program
 from nacre.export.tensors import compact, steps
 from nacre.neural import Layer, NeuralBrdf
-from studies.parity.materials import material
-from studies.parity.pairs import pairs
-from studies.parity.runner import RUNNERS, reference, worst_error
 from tests.analytic.materials import EXAMPLES
 from tests.export.test_source import HOSTILE
+from tests.oracles.materials import material
+from tests.oracles.pairs import pairs
+from tests.oracles.runner import RUNNERS, reference, worst_error
 
 torch = pytest.importorskip("torch", reason="needs the extra 'torch'")
 

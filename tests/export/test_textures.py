@@ -19,15 +19,15 @@ from nacre.geometry import cosine_hemisphere, join, split
 from nacre.textures.latent_file import save_latent_map
 from nacre.textures.latent_map import LatentMap, NeuralBtf
 from nacre.textures.mipmap import level_shapes
-from studies.parity.runner import worst_error
-from studies.parity.runners import browser, slang
-from studies.parity.runners import three as pages
-from studies.parity.texture_runner import TEXTURE_RUNNERS, TextureRunner
-from studies.parity.texture_runner import exported as exported_by
-from studies.parity.textures import Points, TextureTruth, read_ktx2
 from tests.cli.support import run
 from tests.export.made_texture import HEIGHT, NAME, WIDTH, atlas, texture
 from tests.export.support import needs
+from tests.oracles.runner import worst_error
+from tests.oracles.runners import browser, slang
+from tests.oracles.runners import three as pages
+from tests.oracles.texture_runner import TEXTURE_RUNNERS, TextureRunner
+from tests.oracles.texture_runner import exported as exported_by
+from tests.oracles.textures import Points, TextureTruth, read_ktx2
 from tests.render.textures.made import picture
 from tests.textures.support import write_image
 

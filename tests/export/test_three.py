@@ -13,7 +13,7 @@ from nacre.analytic.ggx import AnisotropicGgx, Ggx
 from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.export import TARGETS, identifier
-from studies.parity.runners import browser, three
+from tests.oracles.runners import browser, three
 
 SIZE = 96
 CAMERA = {"position": [0, 0, 4], "target": [0, 0, 0], "angle": 35}

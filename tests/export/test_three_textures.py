@@ -12,11 +12,11 @@ import pytest
 from nacre.array import Floats, Weights
 from nacre.export import TARGETS
 from nacre.geometry import join, split
-from studies.parity.runners import three as pages
-from studies.parity.texture_runners.three import plane
-from studies.parity.textures import Points, TextureTruth
 from tests.export.made_texture import HEIGHT, NAME, WIDTH, atlas, texture
 from tests.export.support import needs
+from tests.oracles.runners import three as pages
+from tests.oracles.texture_runners.three import plane
+from tests.oracles.textures import Points, TextureTruth
 
 RENDERERS = "webgl", "webgpu", "fallback"
 LIGHT = np.array([0.48, -0.36, 0.8])

@@ -92,7 +92,7 @@ def sampled_by_mitsuba(mi, description, angle):
 @pytest.mark.parametrize("alpha", [0.02, 0.15, 0.6])
 def test_albedo_agrees_with_mitsubas_own_sampling(alpha):
     mi = require_mitsuba()
-    from nacre.render.virtual import MitsubaBrdf
+    from nacre.measuring.virtual import MitsubaBrdf
 
     description = {"type": "roughconductor", "alpha": alpha, "specular_reflectance": 0.8}
     angles = np.radians([0.0, 50.0, 80.0])

@@ -16,11 +16,11 @@ import nacre
 import nacre.render
 from nacre.brdf import Brdf
 from nacre.color import luminance
+from nacre.measuring.virtual import MitsubaBrdf
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.neural.network import NetworkBrdf
 from nacre.numerics.mlp import Layer
 from nacre.render.network import first_in_buffer
-from nacre.render.virtual import MitsubaBrdf
 from tests.data import require_data
 from tests.sampling.mixtures import MIXTURES
 from tests.variants import by_precision

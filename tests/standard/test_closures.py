@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from lab.studies.study import museum
 from nacre.analytic import Ggx
 from nacre.analytic.lambert import Lambert
 from nacre.export import TARGETS
@@ -16,12 +17,11 @@ from nacre.runtime.progress import silent
 from nacre.sampling.energy import albedos
 from nacre.standard import closure_fit
 from nacre.standard.closures import NODES, Closures
-from studies.parity import blender, closures
-from studies.parity.runners import opengl
-from studies.study import museum
 from tests.analytic.materials import EXAMPLES
 from tests.export.support import needs
 from tests.measured.support import hemisphere
+from tests.oracles import blender, closures
+from tests.oracles.runners import opengl
 
 MIXTURE = EXAMPLES["closures"]
 

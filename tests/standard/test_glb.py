@@ -20,10 +20,10 @@ from nacre.formats import load_brdf
 from nacre.standard.files import gltf_material
 from nacre.standard.files.glb import encode, save
 from nacre.standard.files.sphere import sphere
-from studies.parity import blender
-from studies.parity.gltf_viewers import LAYERS, made
-from studies.parity.runners import gltf
 from tests.analytic.materials import EXAMPLES
+from tests.oracles import blender
+from tests.oracles.gltf_viewers import LAYERS, made
+from tests.oracles.runners import gltf
 
 MODEL = EXAMPLES["gltf-anisotropic"]
 

@@ -10,10 +10,10 @@ import pytest
 from nacre.geometry import from_spherical, half_vector
 from nacre.standard.gltf import Gltf
 from nacre.standard.sheen import charlie, charlie_albedo
-from studies.parity.gltf_scenes import frames, scene, sphere_views
-from studies.parity.gltf_viewers import OFF, errors, lights, made, sheen_albedo
-from studies.parity.runners import gltf
 from tests.analytic.materials import EXAMPLES
+from tests.oracles.gltf_scenes import frames, scene, sphere_views
+from tests.oracles.gltf_viewers import OFF, errors, lights, made, sheen_albedo
+from tests.oracles.runners import gltf
 
 missing = gltf.missing()
 viewers = pytest.mark.skipif(missing is not None, reason=f"{missing} is not installed")

@@ -12,7 +12,7 @@ from nacre import analytic
 from nacre.errors import FormatError
 from nacre.standard.files import openpbr_inputs
 from nacre.standard.openpbr import AnisotropicOpenPbr
-from studies.parity.runners.materialx import library
+from tests.oracles.runners.materialx import library
 from tests.specimens.surfaces import brdfs
 
 mx = pytest.importorskip("MaterialX", reason="needs MaterialX")

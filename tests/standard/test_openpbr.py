@@ -7,10 +7,10 @@ import pytest
 
 from nacre.export.program import Function
 from nacre.standard.openpbr import AnisotropicOpenPbr, OpenPbr
-from studies.parity import openpbr
-from studies.parity.runners import opengl
-from studies.parity.runners.materialx import OpenGl
 from tests.analytic.materials import EXAMPLES
+from tests.oracles import openpbr
+from tests.oracles.runners import opengl
+from tests.oracles.runners.materialx import OpenGl
 
 
 @pytest.mark.parametrize("model", [OpenPbr, AnisotropicOpenPbr])

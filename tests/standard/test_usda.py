@@ -8,7 +8,7 @@ import pytest
 import nacre
 from nacre.errors import FormatError
 from nacre.standard.files import usda_text
-from studies.parity.runners.materialx import library
+from tests.oracles.runners.materialx import library
 from tests.specimens.surfaces import brdfs
 
 NODES = "ND_open_pbr_surface_surfaceshader", "UsdPreviewSurface"

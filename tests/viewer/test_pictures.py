@@ -19,9 +19,9 @@ from nacre.render.environment import Environment
 from nacre.render.studio import studio
 from nacre.viewer.content import Entry, page
 from nacre.viewer.environments import MAP_SIZE
-from studies.parity.pictures import rendered as rendered_by_mitsuba
-from studies.parity.runners import browser
 from tests.analytic.materials import EXAMPLES
+from tests.oracles.pictures import rendered as rendered_by_mitsuba
+from tests.oracles.runners import browser
 from tests.variants import require_mitsuba
 from tests.viewer.tab import Tab
 

@@ -13,7 +13,7 @@ from nacre.numerics.mlp import Layer
 from nacre.render.studio import studio
 from nacre.sampling import BlinnPhongMixture, GgxLobe, GgxMixture
 from nacre.viewer.content import Entry, page
-from studies.parity.pairs import pairs
+from tests.oracles.pairs import pairs
 from tests.viewer.tab import Tab
 
 DRAWN = """([index, wo, u]) => {

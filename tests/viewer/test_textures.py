@@ -22,9 +22,9 @@ from nacre.textures.latent_map import LatentMap, NeuralBtf
 from nacre.textures.mipmap import filtered_reflectance
 from nacre.viewer.content import Content, Entry
 from nacre.viewer.textures import LARGEST, RESOLUTION, PageTexture, Rounded
-from studies.parity.runners import browser
 from tests.analytic.materials import EXAMPLES
 from tests.export import made_texture
+from tests.oracles.runners import browser
 from tests.specimens.tables import mbsdf_file
 from tests.variants import require_mitsuba
 from tests.viewer.tab import Tab

@@ -11,8 +11,8 @@ import pytest
 from nacre.errors import FormatError
 from nacre.formats import load_btf
 from nacre.workflows.identity import source_files, source_fingerprint
-from tests.reproduce.textures.made import write
 from tests.textures.codecs.networks.made import texture
+from tests.textures.made import write
 from tests.textures.support import pixels, write_image
 
 pytest.importorskip("PIL", reason="needs the extra 'render'")

@@ -18,9 +18,9 @@ from nacre.analytic.model import CHANNELS, AnalyticBrdf, Parameter
 from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.color import GAMMA, displayed
+from nacre.compile.adjustable import AdjustableFunction
 from nacre.errors import NacreError
 from nacre.numerics.levenberg_marquardt import Vector, minimize
-from nacre.runtime.adjustable import AdjustableFunction
 from nacre.runtime.progress import Progress
 from nacre.sampling.lit_views import LAMPS, SHARPNESS, lit_spheres, lit_views
 

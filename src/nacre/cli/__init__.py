@@ -13,7 +13,6 @@ from nacre.cli.command import Group
 from nacre.cli.session import begin
 
 _COMMANDS = {
-    "bench": "Measure representations of materials by the open benchmark.",
     "btf": "Capture, train, decode, synthesize and filter textures (BTFs).",
     "compare": "Compare two materials in numbers and pictures.",
     "completion": "Print the script that completes commands in a shell.",
@@ -29,15 +28,22 @@ _COMMANDS = {
     "materials": "List the materials that come with nacre.",
     "measure": "Plan measurements of few directions, or measure a Mitsuba BSDF virtually.",
     "plot": "Plot the lobes of materials over one another.",
-    "reproduce": "Make a table or figure of either paper from given materials.",
     "render": "Render a preview of a material, or a Mitsuba scene.",
     "view": "Show materials on a page in a browser.",
 }
+
+_LAB = {
+    "bench": "Measure representations of materials by the open benchmark.",
+    "reproduce": "Make a table or figure of either paper from given materials.",
+}
+"""Commands that the package nacre-lab adds."""
 
 root = Group(
     "nacre",
     package="nacre.cli",
     commands_help=_COMMANDS,
+    entry_points="nacre.commands",
+    elsewhere={name: (about, "nacre-lab") for name, about in _LAB.items()},
     help="Measured materials as compact neural ones: fit, sample, render, compare.\n\n"
     "A material is a reflectance (BRDF) or a texture (BTF); commands take both.",
     epilog="Run 'nacre help COMMAND' for its options, and 'nacre completion --help' for completion "

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import importlib
 import time
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -12,7 +11,9 @@ import click
 
 import nacre
 from nacre.cli.session import session
+from nacre.errors import NacreError
 from nacre.io.outputs import overwrite, written_by
+from nacre.registry import Registry
 
 
 def _flag(name: str, *names: str, about: str) -> click.Option:
@@ -85,12 +86,27 @@ class Command(click.Command):
 class Group(click.Group):
     """A group whose commands are imported when they run: help must come at once.
 
-    The package has a module for each command, named like it, with the command as `command`;
-    `commands_help` is what the list says of each.
+    Parameters
+    ----------
+    package
+        Has a module for each built-in command, named like it, with the command as `command`.
+    commands_help
+        Built-in commands, and what the list says about each.
+    entry_points
+        Group of the entry points by which other packages add commands.
+    elsewhere
+        Commands of other packages of ours: what the list says, and the package to install.
     """
 
     def __init__(
-        self, name: str, *, package: str, commands_help: Mapping[str, str], **settings: Any
+        self,
+        name: str,
+        *,
+        package: str,
+        commands_help: Mapping[str, str],
+        entry_points: str | None = None,
+        elsewhere: Mapping[str, tuple[str, str]] | None = None,
+        **settings: Any,
     ) -> None:
         super().__init__(
             name,
@@ -99,32 +115,45 @@ class Group(click.Group):
             subcommand_metavar="COMMAND [ARGS]...",
             **settings,
         )
-        self._package, self._help = package, dict(commands_help)
+        self._elsewhere = dict(elsewhere or {})
+        self._help = dict(commands_help) | {n: about for n, (about, _) in self._elsewhere.items()}
+        places = {name: f"{package}.{name}:command" for name in commands_help}
+        self._commands: Registry[click.Command] = Registry(
+            entry_points or package, "command", places, base=click.Command
+        )
         self.params.extend(_shared())
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return sorted(self._help)
+        return sorted(self._commands)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in self._help:
-            return None
-        module = importlib.import_module(f"{self._package}.{cmd_name}")
-        command: click.Command = module.command
-        return command
+        return self._commands.get(cmd_name)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """See click; suggests the nearest where there is no such command."""
-        if args and not args[0].startswith("-") and args[0] not in self._help:
-            near = difflib.get_close_matches(args[0], self._help, 3, 0.5)
+        """See click; for an unknown command, names the package to install or the nearest ones."""
+        if args and not args[0].startswith("-") and args[0] not in self._commands:
+            if args[0] in self._elsewhere:
+                package = self._elsewhere[args[0]][1]
+                raise NacreError(f"{args[0]!r} comes with {package}: pip install {package}")
+            near = difflib.get_close_matches(args[0], self._commands, 3, 0.5)
             hint = f"; did you mean {' or '.join(near)}?" if near else ""
             ctx.fail(f"No such command {args[0]!r}{hint}")
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
-            formatter.write_dl(sorted(self._help.items()))
+            formatter.write_dl([(name, self._about(name)) for name in self.list_commands(ctx)])
+
+    def _about(self, name: str) -> str:
+        """What the list says about a command; one of another package is loaded for it."""
+        if name in self._help:
+            return self._help[name]
+        try:
+            return self._commands[name].get_short_help_str(100)
+        except NacreError as error:
+            return f"({error})"
 
 
 def command(

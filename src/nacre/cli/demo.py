@@ -47,10 +47,10 @@ def command(source: Path | None, output: Path, preset: str, spp: int) -> None:
     """
     from nacre.figures import picture
     from nacre.formats import load_brdf, save
+    from nacre.measuring.virtual import MitsubaBrdf
     from nacre.metrics import compare
     from nacre.neural import Recipe, fit
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
-    from nacre.render.virtual import MitsubaBrdf
 
     check_image_path(output, DISPLAY_IMAGES)
     output.parent.mkdir(parents=True, exist_ok=True)

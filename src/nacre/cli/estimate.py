@@ -53,7 +53,7 @@ def command(
     from nacre.io.files import remove_file
     from nacre.latent import find_basis, save_code
     from nacre.latent.estimates import in_words
-    from nacre.workflows import photographs as work
+    from nacre.photographs import estimate as work
 
     if output.suffix.lower() not in (".safetensors", ".json"):
         raise FormatError(f"{output}: an estimate is a .safetensors or a .json file")

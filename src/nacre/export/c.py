@@ -14,12 +14,12 @@ from pathlib import Path
 from typing import ClassVar
 
 from nacre.brdf import Brdf
+from nacre.compile import elementary
+from nacre.compile.trace import FLOAT, INDEX, MASK
 from nacre.export.program import Function
 from nacre.export.source import Body, Language, SourceTarget
 from nacre.export.stages import Straight, Sums, Units, stages
 from nacre.export.target import WIDE
-from nacre.runtime import elementary
-from nacre.runtime.trace import FLOAT, INDEX, MASK
 
 _TILE = 12  # sums at a time: with what they are made of they fit 16 registers
 

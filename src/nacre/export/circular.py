@@ -10,7 +10,7 @@ import math
 from functools import reduce
 
 from nacre.array import namespace
-from nacre.runtime.trace import Formulas, Traced
+from nacre.compile.trace import Formulas, Traced
 
 # Best in the largest error over a half turn about 0, which is 5e-9 and 1e-9: that of float32 is
 # larger. From the highest power of the squared angle down.

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from nacre.array import Weights
 from nacre.brdf import Brdf
 from nacre.btf import Btf
+from nacre.compile.trace import FLOAT, INDEX
 from nacre.errors import NacreError, require
 from nacre.export.program import Function, program
 from nacre.export.target import TABLES, TEXTURES, WIDE
@@ -24,7 +25,6 @@ from nacre.export.tensors import Operand, Step, compact, steps
 from nacre.export.text import CONVENTIONS, facts, preamble
 from nacre.export.textures.atlas import TextureAtlas
 from nacre.export.textures.target import TextureTarget
-from nacre.runtime.trace import FLOAT, INDEX
 
 _TINY = 2.0**-126
 _ROW, _FLAT = np.array([1, -1]), np.array([-1])  # shapes

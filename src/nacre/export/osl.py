@@ -8,9 +8,9 @@ from typing import ClassVar
 
 from nacre.array import Weights
 from nacre.brdf import Brdf
+from nacre.compile.trace import FLOAT, INDEX, MASK
 from nacre.export.program import Function
 from nacre.export.source import Body, Language, SourceTarget
-from nacre.runtime.trace import FLOAT, INDEX, MASK
 
 FRAME = """\
 // A unit tangent that is at right angles to the normal: any where none is given.

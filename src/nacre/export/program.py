@@ -9,11 +9,11 @@ from typing import Any
 
 from nacre.array import Components, Weights
 from nacre.brdf import Brdf, eval_formula, pdf_formula, sample_formula
+from nacre.compile.pairs import inside
+from nacre.compile.trace import FLOAT, Formulas, Operation, Trace, needed
 from nacre.errors import NacreError
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.neural.prune import without_inactive_units
-from nacre.runtime.pairs import inside
-from nacre.runtime.trace import FLOAT, Formulas, Operation, Trace, needed
 
 NATIVE: Formulas = {}
 """Languages with elementary functions that are exact need none of others."""
@@ -33,7 +33,7 @@ class Function:
     parameters
         How many numbers each parameter has, by name and in order.
     operations
-        What computes each value, by its number and in order; see :mod:`nacre.runtime.trace`.
+        What computes each value, by its number and in order; see :mod:`nacre.compile.trace`.
     results
         Values that each result has, by name and in order.
     numbers, tables, origins
@@ -81,7 +81,7 @@ class Function:
             From a tuple of components for each parameter to a result each: a value, or a tuple.
         expanded
             What exponentials, logarithms and circular functions are made of; see
-            :class:`nacre.runtime.trace.Trace`.
+            :class:`nacre.compile.trace.Trace`.
 
         Raises
         ------
@@ -110,7 +110,7 @@ def program(brdf: Brdf, *, expanded: Formulas = NATIVE) -> dict[str, Function]:
         A reflectance made of formulas.
     expanded
         What exponentials, logarithms and circular functions are made of; see
-        :class:`nacre.runtime.trace.Trace`.
+        :class:`nacre.compile.trace.Trace`.
 
     Raises
     ------

@@ -11,12 +11,12 @@ import numpy as np
 from nacre.array import Weights
 from nacre.brdf import Brdf
 from nacre.btf import Btf
+from nacre.compile.trace import FLOAT
 from nacre.errors import NacreError
 from nacre.export.program import Function, program
 from nacre.export.target import TABLES, WIDE, Target
 from nacre.export.tensors import Operand, Step, compact, steps
 from nacre.export.text import preamble, shortest
-from nacre.runtime.trace import FLOAT
 
 _TABLES = {"dense": ("weights", "biases"), "take": ("table",)}
 _BINDING, _WHOLE = {"add": 1, "sub": 1, "mul": 2, "div": 2, "neg": 2}, 9

@@ -17,11 +17,11 @@ import numpy as np
 from nacre.array import Weights
 from nacre.brdf import Brdf
 from nacre.btf import Btf
+from nacre.compile.trace import FLOAT, INDEX, MASK, Formulas, sources
 from nacre.errors import NacreError
 from nacre.export.program import NATIVE, Function, program
 from nacre.export.target import TABLES, WIDE, Target, other
 from nacre.export.text import preamble, shortest
-from nacre.runtime.trace import FLOAT, INDEX, MASK, Formulas, sources
 
 Item: TypeAlias = int | tuple[int, ...]
 """A value, or up to four that are a vector."""
@@ -43,7 +43,7 @@ class Language:
     packed: ClassVar[bool] = True
     """Whether four sums of a layer are one vector, where there are vectors."""
     expanded: ClassVar[Formulas] = NATIVE
-    """Elementary functions that are made of others, as in :class:`nacre.runtime.trace.Trace`."""
+    """Elementary functions that are made of others, as in :class:`nacre.compile.trace.Trace`."""
     comment: ClassVar[str] = "// "
     operations: ClassVar[Mapping[str, str]] = {
         "add": "{0} + {1}", "sub": "{0} - {1}", "mul": "{0} * {1}", "div": "{0} / {1}",
@@ -92,7 +92,7 @@ class Language:
         Parameters
         ----------
         kind, name
-            Of the operation; see :mod:`nacre.runtime.trace`.
+            Of the operation; see :mod:`nacre.compile.trace`.
 
         Raises
         ------

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from nacre.array import Weights
+from nacre.compile.trace import FLOAT, Operation, needed, sources
 from nacre.export.program import Function
-from nacre.runtime.trace import FLOAT, Operation, needed, sources
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Weights
+from nacre.compile.trace import FLOAT, INDEX, sources
 from nacre.export.program import Function
-from nacre.runtime.trace import FLOAT, INDEX, sources
 
 Constants: TypeAlias = npt.NDArray[Any]
 """One number, or one a row: float32, or int32 of indices."""
@@ -38,7 +38,7 @@ class Step:
     Parameters
     ----------
     kind, name
-        As of operations (see :mod:`nacre.runtime.trace`), or "input", a parameter of the function;
+        As of operations (see :mod:`nacre.compile.trace`), or "input", a parameter of the function;
         "row", one row of a tensor; "stack", rows as one tensor.
     rows
         Number of rows.

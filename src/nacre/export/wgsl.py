@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
+from nacre.compile.trace import FLOAT, INDEX, MASK
 from nacre.export.circular import CIRCULAR
 from nacre.export.source import Language
 from nacre.export.textures.atlas import Halves
 from nacre.export.textures.source import Dialect, TextureSourceTarget
-from nacre.runtime.trace import FLOAT, INDEX, MASK
 
 
 class WgslLanguage(Language):

@@ -21,7 +21,7 @@ from nacre.errors import NacreError
 from nacre.io.tensors import Tensors
 from nacre.latent.directions import check_isotropic
 from nacre.numerics.direction_samples import DirectionSamples
-from nacre.runtime.described import Described, readable_size
+from nacre.objects.described import Described, readable_size
 from nacre.runtime.progress import Progress, silent
 
 if TYPE_CHECKING:

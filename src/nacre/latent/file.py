@@ -160,7 +160,7 @@ def _in_files(basis: LatentBasis) -> str:
 def pretrained_hypernetwork() -> Hypernetwork:
     """Codes of 32 values for networks of 675 weights, trained on the published NBRDF networks.
 
-    By `python -m studies.ablations.shipped_codes`, which says on which of them.
+    By `python -m lab.studies.ablations.shipped_codes`, which says on which of them.
     """
     from nacre.latent.hypernetwork import Hypernetwork
 

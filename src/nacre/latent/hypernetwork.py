@@ -20,8 +20,9 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
+from nacre.errors import NacreError
 from nacre.io.tensors import Tensors
-from nacre.latent.basis import Vector
+from nacre.latent.basis import LatentBasis, Vector
 from nacre.latent.neural_basis import NeuralBasis
 from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.prior import Prior
@@ -129,3 +130,14 @@ class Hypernetwork(WeightBasis):
     def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> Hypernetwork:
         basis = NeuralBasis.unpack(header, tensors)
         return cls(basis, **named_layers(tensors, cls.LAYERS), metadata=header["metadata"])
+
+
+def neural_basis(basis: LatentBasis) -> NeuralBasis:
+    """The functions that a basis is of, or was made from.
+
+    Raises NacreError for a basis of another kind, in which codes are not found from few samples.
+    """
+    found = basis.basis if isinstance(basis, Hypernetwork) else basis
+    if not isinstance(found, NeuralBasis):
+        raise NacreError(f"few observations need a neural basis; this one is {basis.kind!r}")
+    return found

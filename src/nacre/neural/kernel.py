@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import aligned_zeros
+from nacre.compile.compilation import compiled, inner, inner_fast
 from nacre.neural.samples import BLOCK, MIN_SLOPE, Samples
 from nacre.neural.simd import (
     DENSE_ROWS,
@@ -35,7 +36,6 @@ from nacre.neural.simd import (
     sum_lanes,
 )
 from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
-from nacre.runtime.compilation import compiled, inner, inner_fast
 
 _OUTPUTS = 3
 _TARGETS = _OUTPUTS + 1  # rows after the inputs in a block of samples: three targets and the cosine

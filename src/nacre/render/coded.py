@@ -12,8 +12,8 @@ from nacre.array import Components
 from nacre.brdf import Sampler
 from nacre.errors import NacreError, require
 from nacre.latent.file import find_basis, is_code, load_code
+from nacre.latent.hypernetwork import neural_basis
 from nacre.latent.neural_basis import NeuralBasis
-from nacre.latent.plans.design import neural_basis
 from nacre.render import adapter
 from nacre.render.bsdf_base import base_class, resolved
 from nacre.render.network import opaque

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Components
+from nacre.compile.data import with_numbers
 from nacre.errors import require
 from nacre.neural.inputs import network_inputs
 from nacre.neural.network import NetworkBrdf
 from nacre.numerics.mlp import Layer, dense, forward
-from nacre.runtime.data import with_numbers
 from nacre.runtime.device import cooperative_type
 
 WEIGHTS = "auto", "literals", "cooperative"

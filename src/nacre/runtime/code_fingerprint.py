@@ -41,17 +41,19 @@ class _Target(NamedTuple):
     name: str | None
 
 
-def code_fingerprint(*roots: str) -> str:
+def code_fingerprint(*roots: str, within: tuple[str, ...] = ()) -> str:
     """SHA-256, in hexadecimal, of the code that some roots can reach.
 
-    It is the same in every version of Python. Names are followed within the packages of the roots;
-    of others, what is imported counts by its name.
+    It is the same in every version of Python. Names are followed within the packages of the roots
+    and those of `within`; of others, what is imported counts by its name.
 
     Parameters
     ----------
     roots
         "package.module:name" of a function, class or constant, or "package.module" of all in it;
         the packages are imported.
+    within
+        Further packages, imported already, whose code is followed too.
 
     Raises
     ------
@@ -61,12 +63,12 @@ def code_fingerprint(*roots: str) -> str:
         If source is no Python.
     """
     with _LOCK:
-        return _fingerprint(roots)
+        return _fingerprint(roots, within)
 
 
 @cache
-def _fingerprint(roots: tuple[str, ...]) -> str:
-    search = _Search({root.partition(":")[0].partition(".")[0] for root in roots})
+def _fingerprint(roots: tuple[str, ...], within: tuple[str, ...]) -> str:
+    search = _Search({root.partition(":")[0].partition(".")[0] for root in roots} | {*within})
     for root in roots:
         module, _, name = root.partition(":")
         search.reach(_Target(module, name or None))
@@ -238,13 +240,17 @@ class _Search:
 
 def _parsed(name: str) -> _Module | None:
     top, *rest = name.split(".")
-    start = Path(getattr(sys.modules.get(top), "__file__", None) or "")
+    package = sys.modules.get(top)
+    start = Path(getattr(package, "__file__", None) or "")
     if not rest:
         return _Module(start) if start.suffix == ".py" else None
-    place = start.parent.joinpath(*rest)
-    for path in (place / "__init__.py", place.with_name(f"{rest[-1]}.py")):
-        if start.name == "__init__.py" and path.is_file():
-            return _Module(path)
+    # A package without __init__.py may be in parts.
+    folders = [start.parent] if start.name == "__init__.py" else getattr(package, "__path__", [])
+    for folder in folders:
+        place = Path(folder).joinpath(*rest)
+        for path in (place / "__init__.py", place.with_name(f"{rest[-1]}.py")):
+            if path.is_file():
+                return _Module(path)
     return None
 
 

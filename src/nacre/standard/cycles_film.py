@@ -26,7 +26,7 @@ _GAUSSIANS = (
 )
 """Wave number and deviation, in 1/um, and weights in red, green and blue, fitted to the transforms
 of the CIE 1931 functions in linear Rec. 709, each over its area: 0.3 % off at most
-(studies/parity/principled_tables.py)."""
+(lab/studies/parity/principled_tables.py)."""
 
 
 class Film:

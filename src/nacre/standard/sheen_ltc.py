@@ -22,7 +22,7 @@ from nacre.standard.lookup import interpolate
 def _tables() -> tuple[Table, ...]:
     """Those of a, b and the albedo, with axes roughness and cosine of the viewer: what Cycles 5.0
     renders of the node's sheen under eight lights, solved for them
-    (studies/parity/principled_tables.py).
+    (lab/studies/parity/principled_tables.py).
     """
     return tuple(Table(t) for t in np.load(Path(__file__).with_name("sheen_ltc.npy")))
 

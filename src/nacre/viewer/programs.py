@@ -17,13 +17,13 @@ import numpy as np
 
 from nacre.array import Components
 from nacre.brdf import Sampler, eval_formula, pdf_formula, sample_formula
+from nacre.compile.data import Datum, as_data
+from nacre.compile.pairs import inside
 from nacre.export.glsl import GlslLanguage
 from nacre.export.program import PAIR, Function
 from nacre.neural.inputs import INPUTS, has_axes, network_inputs, rotates_half_vector
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.numerics.mlp import Layer
-from nacre.runtime.data import Datum, as_data
-from nacre.runtime.pairs import inside
 from nacre.sampling import describe_sampler, make_sampler
 from nacre.sampling.mixture import in_frame
 

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from nacre.workflows.fitting import AnalyticFitting, Fitting, NetworkFitting
     from nacre.workflows.inspection import Inspection, inspect
     from nacre.workflows.manifest import MANIFEST, Manifest, Record
-    from nacre.workflows.measuring import described_bsdf, scene_bsdf
     from nacre.workflows.plausible import draw_materials, plausibility, project_material
     from nacre.workflows.run import Outcome, fit_library
     from nacre.workflows.sources import Source, find_sources, output_names
@@ -50,7 +49,6 @@ __all__ = [
     "Threads",
     "TrainedCodec",
     "Watcher",
-    "described_bsdf",
     "draw_materials",
     "encode",
     "encode_texture",
@@ -63,7 +61,6 @@ __all__ = [
     "plausibility",
     "project_material",
     "render_texture",
-    "scene_bsdf",
     "texture_reflectance",
     "train_basis",
     "train_codec",
@@ -81,7 +78,6 @@ __getattr__, __dir__, _ = lazy_loader.attach(
         "fitting": ["AnalyticFitting", "Fitting", "NetworkFitting"],
         "inspection": ["Inspection", "inspect"],
         "manifest": ["MANIFEST", "Manifest", "Record"],
-        "measuring": ["described_bsdf", "scene_bsdf"],
         "plausible": ["draw_materials", "plausibility", "project_material"],
         "run": ["Outcome", "fit_library"],
         "sources": ["Source", "find_sources", "output_names"],

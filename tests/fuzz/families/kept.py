@@ -1,10 +1,8 @@
-"""What long work keeps and goes on from: states, manifests, journals, notes, cached results."""
+"""What long work keeps and goes on from: states, manifests, journals, notes."""
 
 from __future__ import annotations
 
-import io
 import json
-import zipfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -19,7 +17,6 @@ from nacre.download.fetch import _recorded
 from nacre.download.transfer import Transfer
 from nacre.latent.descent import descend, free
 from nacre.latent.recipes import BasisRecipe
-from nacre.reproduce.cache import Cache
 from nacre.runtime.progress import silent
 from nacre.runtime.store import Store
 from nacre.textures.capture import dataset
@@ -34,8 +31,6 @@ from nacre.workflows.manifest import MANIFEST, Manifest, Record
 from tests.fuzz.damage import json_damage, tensors_damage, words_damage
 from tests.fuzz.readers import Reader, reader
 from tests.specimens.specimen import mutated
-from tests.specimens.tables import npy_bytes
-from tests.specimens.textures import archive_bytes
 from tests.textures.codecs.basis.made import codec
 from tests.textures.codecs.networks.made import COARSE, texture
 
@@ -159,26 +154,6 @@ def _read_notes(path: Path) -> None:
 _NOTE = {"url": "https://example.org/a.binary", "validator": '"abc"', "sha256": "0" * 64}
 
 
-def _archive() -> bytes:
-    stream = io.BytesIO()
-    np.savez_compressed(stream, a=np.arange(60.0).reshape(4, 15), b=np.array("{}"))
-    return stream.getvalue()
-
-
-def _read_cache(path: Path) -> None:
-    found = Cache(path.parent).find(path.stem, ["a", "b"])
-    assert found is None or set(found) == {"a", "b"}
-
-
-def _packed_anew(data: bytes, random: Random) -> bytes:
-    """An archive whose members are damaged but have the right checksums."""
-    arrays = {"a": npy_bytes(np.arange(60.0).reshape(4, 15)), "b": npy_bytes(np.array("{}"))}
-    name = random.choice(list(arrays))
-    arrays[name] = mutated(arrays[name], random)
-    data = archive_bytes(arrays, random.choice((zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)))
-    return data if random.random() < 0.5 else mutated(data, random)
-
-
 @cache
 def _state(write: Callable[[Path], object]) -> bytes:
     return written("a.state", write)
@@ -221,8 +196,4 @@ READERS = (
         _read_journal, writes=True,
     ),
     reader("notes of downloads", "a.part.json", _notes, json_damage(_notes), _read_notes),
-    reader(
-        "cached result", "a.npz", lambda: [_archive()], _packed_anew, _read_cache,
-        memory=64 << 20,
-    ),
 )  # fmt: skip

@@ -10,8 +10,8 @@ from nacre.formats import load_brdf
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.measured.spectra import rgb_weights
 from nacre.measured.textures.direction_list import named_directions
+from nacre.measuring.bsdf import described_bsdf
 from nacre.textures.capture.recipe import find
-from nacre.workflows.measuring import described_bsdf
 from tests.fuzz.damage import json_damage, words_damage
 from tests.fuzz.readers import reader
 from tests.reading import check_values

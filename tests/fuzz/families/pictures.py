@@ -13,8 +13,8 @@ import numpy as np
 from nacre.io.image_file import PIXEL_LIMIT
 from nacre.measured.textures import utia_folder
 from nacre.measured.textures.photographs import load_photographs
+from nacre.photographs.estimate import read_photographs
 from nacre.textures.height_file import read_heights
-from nacre.workflows.photographs import read_photographs
 from tests.fuzz.damage import words_damage
 from tests.fuzz.families import light
 from tests.fuzz.readers import reader

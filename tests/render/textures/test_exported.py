@@ -10,7 +10,6 @@ import pytest
 from nacre.export.textures import TextureAtlas
 from nacre.render.textures.plugins import texture_bsdf
 from nacre.render.textures.relief import Relief
-from studies.parity.textures import Points, TextureTruth
 from tests.export.made_texture import (
     HEIGHT,
     NAME,
@@ -20,6 +19,7 @@ from tests.export.made_texture import (
     heights,
     texture,
 )
+from tests.oracles.textures import Points, TextureTruth
 
 from .made import factors_at, hemisphere, hits, surface
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nacre.geometry import from_spherical, join
-from studies.references.mitsuba_capture import CELLS, bumps
+from tests.oracles.mitsuba_capture import CELLS, bumps
 
 __all__ = ["CELLS", "bumps", "directions"]
 

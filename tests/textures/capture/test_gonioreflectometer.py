@@ -9,7 +9,7 @@ import nacre.runtime.parallel
 from nacre.errors import NacreError
 from nacre.measured.textures.domes import pairs
 from nacre.textures.capture import Mesostructure, capture, gonioreflectometer
-from studies.references.mitsuba_capture import diffuse_under_ggx, reference
+from tests.oracles.mitsuba_capture import diffuse_under_ggx, reference
 from tests.textures.capture.surfaces import CELLS, bumps, directions
 from tests.variants import require_mitsuba
 

@@ -7,10 +7,8 @@ import pytest
 
 import nacre
 from nacre.errors import FormatError
-from nacre.reproduce.textures.methods import TrainingSettings, find
-from nacre.runtime.progress import silent
 from nacre.textures.codecs import PRETRAINED, load_codec
-from nacre.textures.codecs.codec_file import codec_fingerprint, codec_path
+from nacre.textures.codecs.codec_file import codec_path
 from nacre.workflows.encoding import encode_texture
 from tests.cli.support import run, run_json
 
@@ -55,11 +53,3 @@ def test_a_truncated_capture_is_told_before_options_that_do_not_suit(capture, tm
     part.write_bytes(capture.read_bytes()[:5000])
     assert run("fit", part, "--codec", "unified", "-o", tmp_path / "coded.safetensors") != 0
     assert "not a whole .npz" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("name", PRETRAINED)
-def test_included_codecs_are_methods_of_experiments(tmp_path, name):
-    if name == "unified":
-        pytest.importorskip("torch", reason="needs the extra 'btf'")
-    codec = find(f"included-{name}-32").train([], TrainingSettings(), tmp_path / "none", silent)
-    assert codec_fingerprint(codec) == codec_fingerprint(load_codec(name))

@@ -40,7 +40,7 @@ def command(
     scene (.xml). Textures are read at one point, their middle.
     """
     from nacre.formats import check_target, target, writer
-    from nacre.workflows.measuring import described_bsdf, scene_bsdf
+    from nacre.measuring.bsdf import described_bsdf, scene_bsdf
 
     scene = source.lower().endswith(".xml")
     if name is not None and not scene:

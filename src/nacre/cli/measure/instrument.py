@@ -37,8 +37,8 @@ def instrument_options() -> list[Option | str]:
 
 
 def instrument(chosen: dict[str, Any]) -> Any:
-    """The :class:`nacre.latent.plans.Instrument` of the options."""
-    from nacre.latent.plans import Instrument
+    """The :class:`nacre.measuring.Instrument` of the options."""
+    from nacre.measuring import Instrument
 
     try:
         return Instrument(**chosen)

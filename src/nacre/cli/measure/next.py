@@ -54,9 +54,10 @@ def command(
     from nacre.formats import load_brdf
     from nacre.latent import find_basis
     from nacre.latent.directions import check_isotropic
-    from nacre.latent.plans import neural_basis, propose
+    from nacre.latent.hypernetwork import neural_basis
     from nacre.measured.comma_separated import save_plan
     from nacre.measured.scattered import ScatteredBrdf
+    from nacre.measuring import propose
 
     if output is not None and output.suffix.lower() != ".csv":
         raise FormatError(f"{output}: a plan is a .csv file")

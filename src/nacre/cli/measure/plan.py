@@ -35,9 +35,10 @@ def command(output: Path, count: int, source: Path | None, basis_name: str, **ch
     """
     from nacre.formats import load_brdf
     from nacre.latent import find_basis
-    from nacre.latent.plans import Design, neural_basis
+    from nacre.latent.hypernetwork import neural_basis
     from nacre.measured.comma_separated import save, save_plan
     from nacre.measured.scattered import ScatteredBrdf
+    from nacre.measuring import Design
 
     if output.suffix.lower() != ".csv":
         raise FormatError(f"{output}: a plan is a .csv file")

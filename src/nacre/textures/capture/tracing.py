@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nacre.runtime.compilation import compiled, inner, inner_fast
+from nacre.compile.compilation import compiled, inner, inner_fast
 from nacre.textures.capture.reflection import (
     channel,
     fifth,

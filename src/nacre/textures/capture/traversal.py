@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from nacre.runtime.compilation import inner
+from nacre.compile.compilation import inner
 
 _FAR = 1e30
 _PERIODS = 8  # A ray that has crossed so many periods without meeting anything has left

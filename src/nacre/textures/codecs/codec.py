@@ -23,8 +23,8 @@ from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
 from nacre.io.files import PathLike
 from nacre.io.tensors import Tensors
+from nacre.objects.frozen import Frozen
 from nacre.registry import Registry
-from nacre.runtime.frozen import Frozen
 from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress, silent
 

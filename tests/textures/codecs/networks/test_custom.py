@@ -12,7 +12,7 @@ from nacre.errors import NacreError
 from nacre.measured.textures import BONN
 from nacre.textures.codecs.networks import CustomNetwork, CustomSettings, Whitening
 from nacre.textures.codecs.networks.network import direction_inputs
-from studies.references.unified_2020 import literal_values
+from tests.oracles.unified_2020 import literal_values
 from tests.textures.codecs.networks.made import COARSE, OTHER, texture
 
 WHITENING = Whitening(-1.0, 0.9)

@@ -11,7 +11,7 @@ from torch.utils._python_dispatch import TorchDispatchMode
 
 from nacre.textures.codecs.networks import UnifiedNetwork, UnifiedSettings, Whitening
 from nacre.textures.codecs.networks.network import direction_inputs
-from studies.references.unified_2020 import literal_codes, literal_values, literal_weights
+from tests.oracles.unified_2020 import literal_codes, literal_values, literal_weights
 from tests.textures.codecs.networks.made import COARSE, OTHER, texture
 
 WHITENING = Whitening(-1.5, 1.2)

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Array, Components, Floats, namespace
+from nacre.compile.compilation import compiled
 from nacre.numerics.channels import CHROMA, LUMA
-from nacre.runtime.compilation import compiled
 
 _LUMA, _DIFFERENCE, _SUM = np.float32(LUMA), CHROMA[0, 0], CHROMA[1, 0]
 _NONE, _ALL = np.float32(0.0), np.float32(1.0)

@@ -1,0 +1,1 @@
+"""The research behind nacre: both papers reproduced, and the open benchmark."""

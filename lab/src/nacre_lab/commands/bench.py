@@ -1,0 +1,119 @@
+"""`nacre bench`."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+import click
+
+from nacre.cli import options
+from nacre.cli.command import command as make
+from nacre.cli.options import option
+from nacre.cli.progress import progress
+from nacre.cli.report import aside, counted, print_facts, report, say
+
+
+def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
+    """Print every split and method, and stop."""
+    if not value or context.resilient_parsing:
+        return
+    from nacre_lab.benchmark.methods import SLOW, methods
+    from nacre_lab.benchmark.protocol import MEASURES, PROTOCOLS
+    from nacre_lab.benchmark.splits import splits
+
+    print_facts("splits", [(name, split.about) for name, split in splits().items()])
+    known = methods(PROTOCOLS["full"])
+    print_facts("methods", [(name, method.about) for name, method in known.items()])
+    print_facts("measures", [(key, measure.about) for key, measure in MEASURES.items()])
+    say(f"\nmethods that take minutes, only tried when named: {', '.join(SLOW)}")
+    context.exit()
+
+
+@make(
+    "bench",
+    option("--split", metavar="NAME", default="included"),
+    "Materials to judge methods on; --list names the splits.",
+    option(
+        "--methods",
+        callback=options.names,
+        metavar="NAME,NAME",
+        shown="all but those that take minutes",
+    ),
+    "Methods to measure.",
+    option("--only", multiple=True, metavar="NAME"),
+    "Material of the split to measure. May be repeated.",
+    option("--measured", options.INPUT),
+    "Folder of the measured files of the split, as nacre download leaves them.",
+    options.output_option(required=False, shown="bench-SPLIT.jsonl"),
+    "Results file (.jsonl) to add rows to; what it has is not measured again.",
+    option("--quick", is_flag=True, help="Make short fits and small pictures to look at."),
+    option("--cache", options.OUTPUT, shown="OUTPUT.cache"),
+    "Folder of the bases of codes that are trained.",
+    option("--fresh", is_flag=True, help="Measure again what the file has."),
+    option("--show", options.INPUT, multiple=True, metavar="FILE"),
+    "Results file to print as a table in Markdown, in place of measuring. May be repeated.",
+    option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list),
+    "Print the names of all splits, methods and measures.",
+)
+def command(
+    split: str,
+    methods: list[str],
+    only: tuple[str, ...],
+    measured: Path | None,
+    output: Path | None,
+    quick: bool,
+    cache: Path | None,
+    fresh: bool,
+    show: tuple[Path, ...],
+) -> None:
+    """Measure representations of materials by the open benchmark, or print its results.
+
+    Every method is tried on every material of the split: bytes, errors of pictures, times, noise,
+    reciprocity and energy. The results file has a line of JSON for each pair, with versions,
+    machine and the command that measures it again; it is only added to, and a run that was stopped
+    goes on. Other packages bring methods: see docs/guide/benchmark.md.
+    """
+    if show:
+        _print_tables(show)
+        return
+    from nacre_lab.benchmark.run import run
+    from nacre_lab.benchmark.splits import find_split
+
+    chosen = find_split(split)
+    output = output or Path(f"bench-{split}.jsonl")
+    found = run(
+        chosen,
+        output,
+        names=methods,
+        only=only,
+        folder=measured,
+        protocol="quick" if quick else "full",
+        cache=cache,
+        fresh=fresh,
+        progress=progress(split),
+    )
+    missing = [row for row in found.rows if row.unavailable is not None]
+    for row in missing:
+        aside(f"left out: {row.method} of {row.material}: {row.unavailable}")
+    kept = len(found.rows) - found.measured
+    new = counted(found.measured, "row measured", "rows measured")
+    line = f"{output}: {new}, {kept:,} there already, {len(missing):,} without a result"
+    report(line, {"output": str(output), "rows": [asdict(row) for row in found.rows]})
+
+
+def _print_tables(paths: tuple[Path, ...]) -> None:
+    from nacre.errors import FormatError
+    from nacre_lab.benchmark.results import read_results
+    from nacre_lab.benchmark.table import markdown
+
+    for given, flag in options.given():
+        if given.name != "show":
+            raise click.UsageError(f"--show prints what was measured; leave out {flag}")
+    rows = []
+    for path in paths:
+        found = read_results(path)
+        if not found:
+            raise FormatError(f"{path}: has no whole row")
+        rows += found
+    report(markdown(rows).splitlines(), [asdict(row) for row in rows])

@@ -1,0 +1,28 @@
+"""The table of :mod:`tests.oracles.openpbr`: OpenPBR's formula against MaterialX's GLSL."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lab.studies.study import Study
+from nacre.standard.openpbr import AnisotropicOpenPbr, OpenPbr
+from tests.oracles.openpbr import BARE, PARTS, Comparison
+
+
+def main() -> None:
+    """Write a table of errors by layer."""
+    study = Study(__doc__, __file__)
+    options = study.options()
+    materials = 10 if options.quick else 100
+    rows = []
+    for model in (OpenPbr, AnisotropicOpenPbr):
+        comparison = Comparison(model, options.seed)
+        for name, given in {**{k: {**BARE, **v} for k, v in PARTS.items()}, "all": {}}.items():
+            errors = comparison.errors(given, materials)
+            numbers = str(len(errors)), f"{np.median(errors):.1e}", f"{errors.max():.1e}"
+            rows.append([f"{model.model}: {name}", *numbers])
+    study.table(("relative error", "values", "median", "max"), rows)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Formulas on components as machine code."""

@@ -1,0 +1,158 @@
+"""Formulas on pairs of vectors as machine code, which is kept on disk."""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+import threading
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import llvmlite.binding as llvm
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Array, Components
+from nacre.compile.code_folder import code_folder
+from nacre.compile.trace import FLOAT, MASK, Trace
+from nacre.compile.vector_code import LANES, Program, module
+from nacre.runtime.parallel import thread_slices
+
+Outputs: TypeAlias = tuple[Array | Components, ...]
+Formula: TypeAlias = Callable[[Components, Components], tuple[Outputs, Array]]
+"""From two vectors to arrays, of a value or a vector each, and whether an input is at fault."""
+Vectors32: TypeAlias = npt.NDArray[np.float32]
+
+_PARALLEL = 100_000  # pairs from which all cores work
+_SLICE = 1 << 15  # pairs that a core takes at a time
+_DIGEST = 32  # bytes before the code in a file: a damaged one could do anything
+_SOURCES = ("trace.py", "elementary.py", "vector_code.py", "vectorized.py")
+
+_lock = threading.Lock()
+_loaded: dict[Program, tuple[Any, Any]] = {}
+
+
+class VectorFunction:
+    """A formula as machine code.
+
+    Parameters
+    ----------
+    formula
+        Called once, with traced components.
+
+    Raises
+    ------
+    TypeError, AttributeError, ValueError
+        If it is not made of the functions of :class:`nacre.array.Namespace` alone.
+    """
+
+    def __init__(self, formula: Formula) -> None:
+        trace = Trace()
+        x, y, z, u, v, w = (trace.input(index) for index in range(6))
+        outputs, fault = formula((x, y, z), (u, v, w))
+        values = [[trace.as_value(c, FLOAT) for c in _parts(output)] for output in outputs]
+        numbers = tuple(tuple(value.number for value in output) for output in values)
+        program = Program(tuple(trace.operations), numbers, trace.as_value(fault, MASK).number)
+        self._widths = [len(output) for output in values]
+        self._numbers = np.array([*trace.numbers, 0.0], np.float32)
+        self._tables = trace.tables
+        self._pointers = _pointers(self._tables)
+        self._run = _compiled(program)
+
+    def __call__(self, a: Vectors32, b: Vectors32) -> tuple[list[Vectors32], bool]:
+        """The arrays for n pairs of vectors, and whether one was at fault.
+
+        Parameters
+        ----------
+        a, b
+            Shape (n, 3), contiguous.
+
+        Returns
+        -------
+        list of arrays of shape (n, 3) or (n,), and a truth
+        """
+        count = len(a)
+        outputs = [np.empty((count, 3) if w == 3 else count, np.float32) for w in self._widths]
+        faults = thread_slices(
+            lambda part: self._part(a[part], b[part], [output[part] for output in outputs]),
+            count,
+            _SLICE if count >= _PARALLEL else count,
+        )
+        return outputs, any(faults)
+
+    def _part(self, a: Vectors32, b: Vectors32, outputs: Sequence[Vectors32]) -> bool:
+        whole = len(a) // LANES * LANES
+        fault = self._panels(a[:whole], b[:whole], outputs) if whole else False
+        if whole == len(a):
+            return fault
+        # The last panel is filled up with copies of the last pair.
+        left = np.minimum(np.arange(whole, whole + LANES), len(a) - 1)
+        padded = [np.empty((LANES, *output.shape[1:]), np.float32) for output in outputs]
+        fault |= self._panels(a[left], b[left], padded)
+        for output, values in zip(outputs, padded, strict=True):
+            output[whole:] = values[: len(a) - whole]
+        return fault
+
+    def _panels(self, a: Vectors32, b: Vectors32, outputs: Sequence[Vectors32]) -> bool:
+        where = _pointers(outputs)
+        arrays = a, b, self._numbers, self._pointers, where
+        return bool(self._run(len(a) // LANES, *(array.ctypes.data for array in arrays)))
+
+
+def _parts(output: Array | Components) -> Sequence[Array]:
+    return output if isinstance(output, tuple) else (output,)
+
+
+def _pointers(arrays: Sequence[npt.NDArray[Any]]) -> npt.NDArray[np.uintp]:
+    return np.array([*(array.ctypes.data for array in arrays), 0], np.uintp)
+
+
+def _compiled(program: Program) -> Any:
+    """The function of a program, compiled once a machine; callable without the interpreter lock."""
+    with _lock:
+        if program not in _loaded:
+            engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _target())
+            engine.add_object_file(llvm.ObjectFileRef.from_data(_code(program)))
+            engine.finalize_object()
+            kind = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_int64, *[ctypes.c_void_p] * 5)
+            _loaded[program] = kind(engine.get_function_address("run")), engine
+        return _loaded[program][0]
+
+
+def _target() -> Any:
+    """What code is made for; an engine takes it for its own."""
+    if llvm.llvm_version_info[0] < 20:  # later ones do so by themselves
+        llvm.initialize()
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    target = llvm.Target.from_default_triple()
+    features = llvm.get_host_cpu_features().flatten()
+    cpu = llvm.get_host_cpu_name()
+    return target.create_target_machine(cpu=cpu, features=features, opt=2, jit=True)
+
+
+@cache
+def _folder() -> Path:
+    here = Path(__file__).parent
+    return code_folder("formulas", [here / name for name in _SOURCES])
+
+
+def _code(program: Program) -> bytes:
+    """The object file of a program, from the disk where it is there."""
+    name = hashlib.sha256(repr(program).encode()).hexdigest()[:32]
+    with suppress(OSError):
+        path = _folder() / f"{name}.o"
+        kept = path.read_bytes()
+        if hashlib.sha256(kept[_DIGEST:]).digest() == kept[:_DIGEST]:
+            return kept[_DIGEST:]
+    code: bytes = _target().emit_object(llvm.parse_assembly(str(module(program))))
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part = path.with_suffix(f".{os.getpid()}")  # one thread at a time is here
+        part.write_bytes(hashlib.sha256(code).digest() + code)
+        part.replace(path)
+    return code

@@ -1,0 +1,122 @@
+"""The pairs of directions to measure next, after what is known of a material already."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.color import GAMMA
+from nacre.latent.intervals import reflectance_interval
+from nacre.latent.neural_basis import NeuralBasis
+from nacre.latent.posterior import Posterior
+from nacre.measuring.design import VIEWS, Design
+from nacre.measuring.instrument import Instrument
+from nacre.numerics.direction_samples import DirectionSamples
+from nacre.runtime.progress import Progress, silent
+from nacre.sampling.lit_views import lit_views
+
+PAYS = 0.01
+"""Fraction of the expected error by which another measurement must lower it to be worthwhile."""
+
+_DRAWS = 48  # codes that samples leave possible
+_CONSIDERED = 256  # samples beyond which others at their side hardly count
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What to measure next, in order, and what to expect of it.
+
+    Parameters
+    ----------
+    wi, wo
+        Unit directions to the light and to the viewer, shapes (n, 3), float32. Pairs of one
+        exposure follow each other.
+    expected, low, high
+        f_r in 1/sr, linear RGB, and its interval of 90 %, shapes (n, 3).
+    errors
+        Mean absolute error of displayed values that is expected now and after each of the
+        exposures, shape (1 + exposures,).
+    """
+
+    wi: npt.NDArray[np.float32]
+    wo: npt.NDArray[np.float32]
+    expected: npt.NDArray[np.float64]
+    low: npt.NDArray[np.float64]
+    high: npt.NDArray[np.float64]
+    errors: npt.NDArray[np.float64]
+
+    @property
+    def pays(self) -> bool:
+        """Whether the first of them is worthwhile; see :data:`PAYS`."""
+        return len(self.errors) > 1 and bool(self.errors[1] < (1.0 - PAYS) * self.errors[0])
+
+
+def propose(
+    basis: NeuralBasis,
+    posterior: Posterior,
+    measured: DirectionSamples,
+    instrument: Instrument,
+    count: int,
+    *,
+    until: float = 0.0,
+    seed: int = 0,
+    progress: Progress = silent,
+) -> Proposal:
+    """The exposures that tell most beside what was measured.
+
+    They are chosen as a plan is, but about codes that the samples leave possible.
+
+    Parameters
+    ----------
+    posterior
+        What the samples say, of the basis.
+    measured
+        The samples.
+    instrument
+        What can be measured.
+    count
+        Exposures, at most.
+    until
+        Expected error at which to stop; see :class:`Proposal`.
+    seed
+        Of the codes.
+    progress
+        Called with the exposures chosen.
+
+    Raises
+    ------
+    NacreError
+        If the instrument reaches no pair of directions.
+    """
+    exposures = instrument.exposures()
+    codes = posterior.draw(_DRAWS, seed)
+    if len(measured) > _CONSIDERED:
+        measured = measured[np.random.default_rng(seed).permutation(len(measured))[:_CONSIDERED]]
+    design = Design(basis, codes, exposures, (measured.wi, measured.wo))
+    errors, before = [_expected_error(basis, posterior.code, codes)], design.left()
+    for index in range(min(count, len(exposures))):
+        if errors[-1] <= until:
+            break
+        design.choose()
+        errors.append(errors[0] * math.sqrt(design.left() / before))
+        progress("choosing", index + 1, count, f"expected error {errors[-1]:.4f}")
+    wi, wo = (w[design.chosen].reshape(-1, 3) for w in (exposures.wi, exposures.wo))
+    plausible = [basis.decode(code) for code in codes]
+    low, high = reflectance_interval(plausible, wi, wo) if len(wi) else (wi, wo)
+    middle = basis.decode(posterior.code).eval(wi, wo)
+    return Proposal(wi, wo, *map(np.asarray, (middle, low, high, errors)))
+
+
+def _expected_error(
+    basis: NeuralBasis, code: npt.NDArray[np.float64], others: npt.ArrayLike
+) -> float:
+    """Mean absolute difference of displayed values between a code and others, (m, k)."""
+    lit = lit_views(1, VIEWS)
+    codes = np.concatenate([np.asarray(code)[None], others]).astype(np.float64)
+    f_r = basis.reflectances(codes, lit.wi.reshape(-1, 3), lit.wo.reshape(-1, 3))
+    radiance = lit.radiance(f_r.reshape(len(codes), *lit.wi.shape))
+    shown = np.minimum(radiance, 1.0) ** (1.0 / GAMMA)
+    return float(np.abs(shown[1:] - shown[:1]).mean())

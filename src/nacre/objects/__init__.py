@@ -1,0 +1,1 @@
+"""What materials stand on: frozen objects that describe themselves."""

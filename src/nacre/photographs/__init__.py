@@ -1,0 +1,1 @@
+"""Materials from photographs in known light."""

@@ -1,0 +1,135 @@
+"""A material from photographs of known geometry in known light."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.latent.basis import Vector
+from nacre.latent.directions import isotropic_inputs
+from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
+from nacre.latent.posterior import LOOSE, Linearized, Posterior, search
+from nacre.neural.inputs import ENHANCED
+from nacre.numerics.channels import CHROMA
+from nacre.photographs.recording import Recording
+
+PRECISION = 6.0
+"""How much better a pixel is known than f_r at one pair of directions: a mean over many."""
+BLACK = 0.01
+"""Added to a picture before logarithms, in its mean value."""
+CAMERAS = "known", "exposure", "white-balance"
+"""What is known of a camera: all; not how long it exposed; nor its factor in each channel."""
+
+
+@dataclass(frozen=True)
+class Photograph:
+    """What a picture shows of one material.
+
+    Parameters
+    ----------
+    values
+        Linear RGB of the recorded pixels, shape (n, 3).
+    recording
+        What they are sums of.
+    noise
+        Standard deviation of the values, shape (n, 3).
+    """
+
+    values: npt.NDArray[np.float64]
+    recording: Recording
+    noise: npt.NDArray[np.float64]
+
+
+def posterior_of_photographs(
+    basis: NeuralBasis, photographs: Sequence[Photograph], camera: str = "known"
+) -> Posterior:
+    """What photographs of a material say of its code.
+
+    Their pixels are observations as samples of f_r are in :func:`nacre.latent.posterior.posterior`,
+    with the same prior, and pixels that no code explains hardly count.
+
+    Parameters
+    ----------
+    basis
+        Of the code.
+    photographs
+        One or more.
+    camera
+        One of :data:`CAMERAS`; what is not known is found, too, and is likely to be right within 30
+        per cent.
+    """
+    found = [_Sum(basis, photograph) for photograph in photographs]
+    factors = _factors([len(item.missing) for item in found], camera)
+
+    missing, black, noise = (
+        np.concatenate([getattr(item, name) for item in found])
+        for name in ("missing", "black", "noise")
+    )
+
+    def linearized(mean: Vector) -> Linearized:
+        code, free = np.split(mean, [basis.code_dim])
+        values, rates = zip(*(item.at(code) for item in found), strict=True)
+        scale = np.exp(LOOSE * np.einsum("e,enc->nc", free, factors))
+        shown = scale * np.concatenate(values)
+        lit = shown + black
+        slopes = [scale * np.concatenate(rates, axis=1), LOOSE * factors * shown]
+        missed = missing - np.log(lit)
+        slope = np.concatenate(slopes) / lit
+        return Linearized(PRECISION * missed, PRECISION * slope, PRECISION * noise / lit)
+
+    return search(basis, linearized, extra=len(factors))
+
+
+def camera_factors(found: Posterior, count: int, camera: str) -> Vector:
+    """Of each of so many photographs and each channel, shape (count, 3): 1 where known."""
+    factors = _factors([1] * count, camera)
+    logarithms = np.einsum("e,enc->nc", np.log(found.factors), factors)
+    return np.asarray(np.exp(logarithms))
+
+
+def unexplained(
+    basis: NeuralBasis, code: Vector, photographs: Sequence[Photograph], factors: Vector
+) -> float:
+    """Median of absolute differences of the logarithms of pixels and of what a code shows there."""
+    missed = []
+    for photograph, factor in zip(photographs, factors, strict=True):
+        item = _Sum(basis, photograph)
+        missed.append(item.missing - np.log(factor * item.at(code)[0] + item.black))
+    return float(np.median(np.abs(np.concatenate(missed))))
+
+
+def _factors(counts: Sequence[int], camera: str) -> Vector:
+    """1 at the pixels and channels that each free factor is of, shape (extra, n, 3)."""
+    channels = {"known": np.zeros((0, 3)), "exposure": np.ones((1, 3)), "white-balance": np.eye(3)}
+    picture = np.repeat(np.eye(len(counts)), counts, axis=1)
+    factors = np.einsum("pn,fc->pfnc", picture, channels[camera])
+    return np.asarray(factors.reshape(-1, sum(counts), 3))
+
+
+class _Sum:
+    """A photograph of a code, and its derivatives."""
+
+    def __init__(self, basis: NeuralBasis, photograph: Photograph) -> None:
+        recording = photograph.recording
+        shape = recording.wi.shape[:2]
+        wi, wo = (w.reshape(-1, 3) for w in (recording.wi, recording.wo))
+        self._basis = basis
+        self._values = basis.values(isotropic_inputs(wi, wo, ENHANCED)).reshape(*shape, -1)
+        self._weights = recording.weights
+        self.black = np.full((shape[0], 1), BLACK * float(photograph.values.mean()))
+        self.missing = np.log(np.maximum(photograph.values, 0.0) + self.black)
+        self.noise = photograph.noise
+
+    def at(self, code: Vector) -> tuple[Vector, Vector]:
+        """Values (n, 3), and their derivatives (k, n, 3)."""
+        basis = self._basis
+        logarithms = self._values @ basis.channel_weights(code).astype(np.float32)
+        reflected = self._weights * np.exp(np.minimum(logarithms, BRIGHTEST))
+        by_function = (self._values.swapaxes(1, 2) @ reflected).transpose(1, 0, 2)
+        luma, pairs = np.split(by_function[1:], [basis.luma])
+        chroma = np.einsum("pnc,qc->pqnc", pairs, CHROMA).reshape(-1, *pairs.shape[1:])
+        values = reflected.sum(axis=1, dtype=np.float64)
+        return values, np.concatenate([luma, chroma]).astype(np.float64)
