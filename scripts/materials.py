@@ -11,26 +11,19 @@ from nacre.included import Family, Material, families
 HEAD = """\
 # Materials that come with nacre
 
-`nacre render rgl:paper_white`, `nacre.load("merl:chrome")`: every command, `nacre.load` and the
-Mitsuba plugins take these names in place of a file, and nothing is downloaded. A file of that name
-comes first. `nacre materials` lists them, `nacre materials gold` those with a word in their name,
-`nacre info NAME` shows one. In Python, `nacre.materials()`.
+Every command, `nacre.load` and the Mitsuba plugins take these names in place of a file, as in
+`nacre render rgl:paper_white`; nothing is downloaded. A file with that name comes first.
+`nacre materials gold` lists the names with a word in them, `nacre info NAME` shows one; in Python,
+`nacre.materials()`. `nacre download rgl` and `nacre download merl` get the measurements.
 
-A family has one source and one license. `rgl` has nacre's own fits, and `nbrdf-rgl` the networks
-that the authors of the paper published, so a material of the RGL database may be in both; `merl`
-and `nielsen` are published networks, too. Names are those of `nacre download rgl` and `nacre
-download merl`, which get the measurements. The latent basis that comes with nacre was trained on
-120 of the published networks: it has a code of 32 numbers for each, a coarser form of the same
-material that has no name here.
+PSNR (dB) is that of spheres against the measurement, in the built-in environment and in
+directional light, as in `nacre compare` ([measures](measures.md)); for textures, that of all
+reflectance factors with a peak of 1. It is unknown where the measurement could not be compared.
+*Rounding* is the PSNR (dB) of spheres between a published network in half precision, as it is here,
+and as it was published: the lower of both lights, the environment with 64 directions.
 
-The error is the PSNR of spheres to the measurement, in the built-in environment and in directional
-light, as `nacre compare` has it ([how](measures.md)); of textures, that of all reflectance factors
-for a peak of 1, white. It is unknown where we could not compare with the measurement. *Rounding* is
-the PSNR of spheres between a published network as it is here, in half precision, and as it was
-published: the lower of both lights, of the environment 64 directions.
-
-`make included NACRE_DATA=FOLDER` makes the files of the measurements and the published networks;
-this page is made of them by `python scripts/materials.py`.
+`make included NACRE_DATA=FOLDER` makes the files from the measurements and the published networks;
+`python scripts/materials.py` writes this page.
 """
 
 
@@ -44,24 +37,44 @@ def page() -> str:
 
 
 def section(family: Family, members: list[Material]) -> str:
-    """One family as a table."""
-    facts = [f"{family.about} Source: {family.source} Terms: {family.terms}"]
-    rounded = any(member.rounding for member in members)
-    columns = ["name", "", "bytes", "PSNR (dB)", *["rounding (dB)"] * rounded]
-    lines = [f"| {' | '.join(columns)} |", f"|---|---|{'---:|' * (len(columns) - 2)}"]
+    """One family: a table of those that were compared with a measurement, a list of the others."""
+    rights = family.source, family.terms
+    first = next(other for other in families().values() if (other.source, other.terms) == rights)
+    known = f"Source: {family.source} Terms: {family.terms}"
+    if first.name != family.name:
+        known = f"Source and terms: as `{first.name}`."
+    sizes = [member.nbytes for member in members]
+    size = f"Files of {min(sizes):,} to {max(sizes):,} bytes."
+    text = [f"## {family.name}", "", f"{family.about} {known} {size}"]
+    judged = [member for member in members if member.psnr]
+    if judged:
+        text += ["", *table(judged)]
+    others = [member for member in members if not member.psnr]
+    if others:
+        stems = ", ".join(f"`{stem(member)}`" for member in others)
+        rounding = [member.rounding for member in others if member.rounding is not None]
+        said = f", rounding {min(rounding)} to {max(rounding)} dB" if rounding else ""
+        text += ["", f"{len(others)} with unknown PSNR{said}, as `{family.name}:NAME`: {stems}."]
+    return "\n".join([*text, ""])
+
+
+def table(members: list[Material]) -> list[str]:
+    """Lines of a table with a row for each material."""
+    rounded = any(member.rounding is not None for member in members)
+    titled = any(member.title != stem(member) for member in members)
+    columns = ["name", *["title"] * titled, "PSNR", *["rounding"] * rounded]
+    lines = [f"| {' | '.join(columns)} |", f"|---|{'---|' * titled}{'---:|' * (1 + rounded)}"]
     for member in members:
-        stem = member.name.partition(":")[2]
-        title = member.title if member.title != stem else ""
-        error = " / ".join(map(str, member.psnr.values())) or "unknown"
-        cells = [
-            f"`{member.name}`",
-            title,
-            f"{member.nbytes:,}",
-            error,
-            *[f"{member.rounding}"] * rounded,
-        ]
-        lines.append(f"| {' | '.join(cells)} |".replace("|  |", "| |"))
-    return "\n".join([f"## {family.name}", "", *facts, "", *lines, ""])
+        error = " / ".join(map(str, member.psnr.values()))
+        cells = [f"`{member.name}`", *[member.title] * titled, error]
+        cells += [f"{member.rounding}"] * rounded
+        lines.append(f"| {' | '.join(cells)} |")
+    return lines
+
+
+def stem(member: Material) -> str:
+    """What stands after the colon of a name."""
+    return member.name.partition(":")[2]
 
 
 if __name__ == "__main__":
