@@ -48,7 +48,7 @@ from tests.textures.made import write
 
 __all__ = ["one_thread"]
 
-PAGE = Path(__file__).parents[2] / "docs" / "reference" / "papers.md"
+PAGE = Path(__file__).parents[2] / "docs" / "papers.md"
 
 REFLECTANCE = (
     *(f"Section {n}" for n in ("1", "2", "2.1", "2.2", "2.3", "3", "3.1", "3.2", "3.3", "3.4")),
