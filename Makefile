@@ -1,23 +1,32 @@
 # `make demo` and `make test` set up what they need; see README.md.
 PYTHON ?= python3
 RUN := .venv/bin/python
+SETUP := @$(PYTHON) scripts/setup.py
+PYTEST := NACRE_SCREENSHOTS=$(CURDIR)/out/screenshots $(RUN) -m pytest -n auto --dist loadfile -q
 
-.PHONY: demo test lint bench fuzz site gallery gallery-sheets gallery-textures included parity-blender release
-.PHONY: matrix setup tools clean
+.PHONY: demo test test-all test-lab lint bench fuzz site gallery gallery-sheets gallery-textures
+.PHONY: included parity-blender release matrix setup tools lab clean
 
-demo: setup  ## The main job, start to end; NACRE_DATA=FILE uses a real measurement.
+demo:  ## The main job, start to end; NACRE_DATA=FILE uses a real measurement.
+	$(SETUP) demo
 	$(RUN) -m nacre demo --output out/demo.png
 
-test: lint tools  ## Formatting, lint, types, layers, doctests and tests.
-	NACRE_SCREENSHOTS=$(CURDIR)/out/screenshots $(RUN) -m pytest -n auto --dist loadfile -q
+test: lint tools  ## Formatting, lint, types, layers, doctests and the tests that are quick.
+	$(PYTEST) -m "not slow"
+
+test-all: tools  ## The tests that make test leaves out.
+	$(PYTEST) -m slow
+
+test-lab: tools lab  ## The tests of the lab.
+	$(PYTEST) lab/tests
 
 lint: setup
 	.venv/bin/ruff format --no-cache --check .
 	.venv/bin/ruff check --no-cache .
 	.venv/bin/mypy
-	.venv/bin/lint-imports --no-logo
+	PYTHONPATH=lab/src .venv/bin/lint-imports --no-logo
 
-bench: setup  ## Speed and quality tables; takes about an hour.
+bench: lab  ## Speed and quality tables; takes about an hour.
 	$(RUN) -m lab.studies.speed.fit
 	$(RUN) -m lab.studies.speed.cluster
 	$(RUN) -m lab.studies.speed.stacked --samples 80000
@@ -30,8 +39,8 @@ bench: setup  ## Speed and quality tables; takes about an hour.
 	$(RUN) -m lab.studies.speed.btf_file
 	$(RUN) -m lab.studies.speed.btf_train
 
-fuzz: setup  ## Ten minutes of damaged files for every reader; FORMATS=MERL SECONDS=60 for less.
-	@$(RUN) -c 'import atheris' 2>/dev/null || .venv/bin/pip install -q 'atheris>=2.3'
+fuzz:  ## Ten minutes of damaged files for every reader; FORMATS=MERL SECONDS=60 for less.
+	$(SETUP) fuzz
 	$(RUN) -m tests.fuzz $(FORMATS) --seconds $(or $(SECONDS),600)
 
 BLENDER := .venv-blender/bin/python
@@ -74,27 +83,31 @@ included: setup  ## Make the materials that come with nacre anew, of NACRE_DATA=
 	$(RUN) scripts/included.py "$(NACRE_DATA)"
 	$(foreach name,$(SHOWPIECES),$(call texture,$(name),128,src/nacre/included/captured))
 
-site: setup  ## The pages of docs/ and the API reference in out/site, to be opened from disk.
+site:  ## The pages of docs/ and the API reference in out/site, to be opened from disk.
+	$(SETUP) docs
 	EAGER_IMPORT=1 NO_MKDOCS_2_WARNING=1 $(RUN) -m mkdocs build
 
 RELEASE := .venv-release/bin/python
 
-release: $(RELEASE)  ## Wheel, source archive, bill of materials in out/release, and their checks.
+release: $(RELEASE)  ## Wheels, source archives, bill of materials in out/release, and their checks.
 	$(RELEASE) scripts/release.py
 
-matrix: $(RELEASE)  ## The wheel of out/release in many environments; ROWS=3.12 for some of them.
+matrix: $(RELEASE)  ## The wheels of out/release in many environments; ROWS=3.12 for some of them.
 	$(RELEASE) scripts/matrix.py $(ROWS)
 
-$(RELEASE): scripts/release.lock
+$(RELEASE): requirements/release.lock
 	$(PYTHON) -m venv .venv-release
-	$(RELEASE) -m pip install -q --disable-pip-version-check -r scripts/release.lock
+	$(RELEASE) -m pip install -q --disable-pip-version-check -r requirements/release.lock
 	@touch $(RELEASE)
 
 setup:
-	@$(PYTHON) scripts/setup.py
+	$(SETUP) test
 
 tools:  # what runs exports; tests without theirs are skipped
-	@$(PYTHON) scripts/setup.py --tests
+	$(SETUP) tools
+
+lab:
+	$(SETUP) lab
 
 clean:
 	rm -rf .venv .venv-blender .venv-release out

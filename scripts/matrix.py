@@ -1,9 +1,9 @@
-"""Install the built wheel in many environments, and try in each what it should do.
+"""Install the built wheels in many environments, and try in each what they should do.
 
 `python scripts/matrix.py [ROW...]`, or `make matrix`; ROW is a part of a row's name. Needs `uv` on
 the path or in this Python's environment. Every row is a temporary environment of its own: without
-extras and with `render` on each Python, each extra alone, and the oldest releases of what is
-declared. Prints a table in Markdown; the exit code is 1 where a row failed.
+extras and with `render` on each Python, each extra alone, the oldest releases of what is declared,
+and the lab. Prints a table in Markdown; the exit code is 1 where a row failed.
 """
 
 from __future__ import annotations
@@ -36,6 +36,15 @@ for name in ("merl:chrome", "captured:tweed"):
 print(nacre.latent.pretrained_basis())
 """
 FIT = "-m", "nacre", "fit", "paint.bsdf", "--preset", "draft", "-o", "paint.safetensors"
+REFUSED = """
+import subprocess, sys
+for name in ("reproduce", "bench"):
+    command = [sys.executable, "-m", "nacre", name]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 2, done
+    assert done.stderr.count("\\n") == 1 and "pip install nacre-lab" in done.stderr, done.stderr
+"""
+"""The lab's commands say in a line what to install for them."""
 COMMON = (
     ("-c", INCLUDED),
     ("-c", MEASUREMENT),
@@ -47,9 +56,20 @@ written, fitted and shown.
 """
 
 NACRE = "-m", "nacre"
+LAB = "lab"
+"""In place of an extra: the lab's wheel too, which names the extras that it needs."""
 SMOKE: dict[str, tuple[tuple[str, ...], ...]] = {
-    "": (),
-    "render": ((*NACRE, "demo", "--preset", "draft", "--spp", "4", "-o", "demo.png"),),
+    "": (
+        ("-c", REFUSED),
+        (*NACRE, "export", "paint.safetensors", "--to", "glsl", "-o", "paint.glsl"),
+    ),
+    "render": (
+        (*NACRE, "demo", "--preset", "draft", "--spp", "4", "-o", "demo.png"),
+        (*NACRE, "render", "paint.safetensors", "--spp", "4", "-o", "ball.png"),
+        (*NACRE, "compare", "paint.bsdf", "paint.safetensors", "-o", "compared.png"),
+        (*NACRE, "view", "paint.safetensors", "-o", "page.html"),
+        ("-c", REFUSED),
+    ),
     "spectral": (("-c", "import colour, nacre.metrics"),),
     "plot": ((*NACRE, "plot", "paint.safetensors", "-o", "lobes.pdf"),),
     "torch": (("-c", "import nacre.neural.torch_module, nacre.latent.torch"),),
@@ -60,8 +80,9 @@ SMOKE: dict[str, tuple[tuple[str, ...], ...]] = {
     "export": ((*NACRE, "export", "paint.safetensors", "--to", "onnx", "-o", "paint.onnx"),),
     "notebook": (("-c", "import nacre.viewer.notebook, nacre.viewer.widget"),),
     "cluster": (("-c", "import distributed, nacre.workflows.cluster"),),
+    LAB: ((*NACRE, "reproduce", "--list"), (*NACRE, "bench", "--list")),
 }
-"""What each extra adds, as arguments of Python, tried after :data:`COMMON`."""
+"""What each extra adds, and the lab, as arguments of Python, tried after :data:`COMMON`."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +94,7 @@ class Row:
     python
         Version of Python, as `uv` takes it.
     extra
-        Extra of the package; empty for none.
+        Extra of the package; empty for none; :data:`LAB` for the lab.
     resolution
         As `uv pip install --resolution` takes it.
     """
@@ -91,7 +112,7 @@ class Row:
 def rows() -> Iterator[Row]:
     """Every environment."""
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    extras = [e for e in declared["optional-dependencies"] if e not in ("all", "dev", "fuzz")]
+    extras = [extra for extra in declared["optional-dependencies"] if extra != "all"]
     pythons = [
         text.rpartition(" ")[2]
         for text in declared["classifiers"]
@@ -101,6 +122,7 @@ def rows() -> Iterator[Row]:
     yield from (Row(python, "render") for python in pythons)
     yield from (Row(pythons[0], extra) for extra in extras if extra != "render")
     yield from (Row(pythons[0], extra, LOWEST) for extra in ("", *extras))
+    yield Row(pythons[0], LAB)
 
 
 def found_uv() -> str:
@@ -132,16 +154,27 @@ def run(command: list[str], folder: Path) -> str:
     return (done.stderr.strip() or done.stdout.strip() or f"exit {done.returncode}")[-600:]
 
 
-def try_row(row: Row, wheel: Path, uv: str) -> str:
-    """Install the wheel in a new environment and try it; the problem, empty where there is none."""
+def packages(row: Row) -> list[str]:
+    """What a row installs, of the wheels in out/release."""
+    release = ROOT / "out" / "release"
+    found = [[*release.glob(f"{name}-*.whl")] for name in ("nacre_materials", "nacre_lab")]
+    if any(len(wheels) != 1 for wheels in found):
+        sys.exit("matrix: needs one wheel of each package in out/release: make release")
+    nacre, lab = (str(wheel) for (wheel,) in found)
+    if row.extra == LAB:
+        return [nacre, lab]
+    return [f"{nacre}[{row.extra}]" if row.extra else nacre]
+
+
+def try_row(row: Row, uv: str) -> str:
+    """Install wheels in a new environment and try them; the problem, empty where there is none."""
     binaries = "Scripts" if os.name == "nt" else "bin"
-    package = f"{wheel}[{row.extra}]" if row.extra else str(wheel)
     with tempfile.TemporaryDirectory() as work, tempfile.TemporaryDirectory() as environment:
         python = str(Path(environment) / binaries / "python")
         install = [uv, "pip", "install", "-q", "--python", python, "--resolution", row.resolution]
         steps = [
             [uv, "venv", "-q", "--clear", "--python", row.python, environment],
-            [*install, "--only-binary", ":all:", package],
+            [*install, "--only-binary", ":all:", *packages(row)],
             [uv, "pip", "check", "-q", "--python", python],
             *([python, *arguments] for arguments in (*COMMON, *SMOKE[row.extra])),
         ]
@@ -153,15 +186,12 @@ def try_row(row: Row, wheel: Path, uv: str) -> str:
 
 def main(parts: list[str]) -> int:
     """Try the rows whose names hold any of the parts, or all; the exit code."""
-    wheels = sorted((ROOT / "out" / "release").glob("*.whl"))
-    if len(wheels) != 1:
-        sys.exit("matrix: needs one wheel in out/release: make release")
     uv, failed = found_uv(), 0
     print("| Python | extra | releases | outcome |\n|---|---|---|---|", flush=True)
     for row in rows():
         if parts and not any(part in row.name for part in parts):
             continue
-        problem = try_row(row, wheels[0], uv)
+        problem = try_row(row, uv)
         failed += bool(problem)
         lines = [line.strip() for line in problem.splitlines() if line.strip()]
         outcome = lines[-1].replace("|", "/") if lines else "passes"

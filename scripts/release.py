@@ -1,8 +1,9 @@
 """Build a release twice from the committed tree, check it, and print the checklist's outcome.
 
-`make release`, or `python scripts/release.py` in an environment with what scripts/release.lock
-names. Everything is left in out/release: wheel, source archive, their SHA-256 sums, a bill of
-materials (CycloneDX) and a report of licenses. The exit code is 1 where a check failed.
+`make release`, or `python scripts/release.py` in an environment with what
+requirements/release.lock names. Everything is left in out/release: a wheel and a source archive of
+each package, their SHA-256 sums, a bill of materials (CycloneDX) and a report of licenses. The exit
+code is 1 where a check failed.
 """
 
 from __future__ import annotations
@@ -18,15 +19,69 @@ import tempfile
 import tomllib
 import zipfile
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "out" / "release"
 TOOLS = Path(sys.executable).parent
-WHEEL_LIMIT, SOURCE_LIMIT, FILE_LIMIT = 7 << 20, 8 << 20, 3 << 20
-"""Bytes of a wheel, of a source archive, and of one file in either."""
+FILE_LIMIT = 3 << 20
+"""Bytes of one file in an archive."""
 EXTRA = "render"
 """What is installed for the bill of materials and the report of licenses."""
+
+
+@dataclass(frozen=True)
+class Package:
+    """One of the packages that are released together.
+
+    Parameters
+    ----------
+    name
+        Name on an index.
+    folder
+        Where its pyproject.toml is.
+    module
+        What is imported.
+    needed
+        Files that its source archive must have, and licenses among them that its wheel must have.
+    wheel_limit, source_limit
+        Bytes of the archives.
+    """
+
+    name: str
+    folder: Path
+    module: str
+    needed: tuple[str, ...]
+    wheel_limit: int
+    source_limit: int
+
+    @property
+    def declared(self) -> dict[str, Any]:
+        """The table `project` of its pyproject.toml."""
+        text = (self.folder / "pyproject.toml").read_text("utf-8")
+        return dict(tomllib.loads(text)["project"])
+
+    def artifact(self, ending: str) -> Path:
+        """The wheel (".whl") or the source archive (".tar.gz")."""
+        found = list(FOLDER.glob(f"{self.name.replace('-', '_')}-*{ending}"))
+        require(len(found) == 1, f"{len(found)} files {ending} of {self.name} in out/release")
+        return found[0]
+
+
+NACRE = Package(
+    "nacre-materials",
+    ROOT,
+    "nacre",
+    ("LICENSE", "NOTICE", "README.md", "CHANGELOG.md", "SECURITY.md", "CITATION.cff"),
+    7 << 20,
+    8 << 20,
+)
+LAB = Package(
+    "nacre-lab", ROOT / "lab", "nacre_lab", ("LICENSE", "README.md"), 256 << 10, 512 << 10
+)
+PACKAGES = NACRE, LAB
 
 
 class FailedError(Exception):
@@ -53,15 +108,7 @@ def require(whole: bool, problem: str) -> None:
 
 def version() -> str:
     """The version in pyproject.toml."""
-    declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
-    return str(declared["project"]["version"])
-
-
-def artifact(ending: str) -> Path:
-    """The wheel (".whl") or the source archive (".tar.gz")."""
-    found = list(FOLDER.glob(f"*{ending}"))
-    require(len(found) == 1, f"{len(found)} files *{ending} in {FOLDER.relative_to(ROOT)}")
-    return found[0]
+    return str(NACRE.declared["version"])
 
 
 def committed() -> str:
@@ -72,7 +119,11 @@ def committed() -> str:
 
 
 def versions_agree() -> str:
-    """One version in the package, the citation and the changelog."""
+    """One version in both packages, the citation and the changelog."""
+    require(LAB.declared["version"] == version(), f"the lab is not of version {version()}")
+    wanted = [need for need in LAB.declared["dependencies"] if need.startswith(NACRE.name)]
+    same = [need for need in wanted if need.endswith(f"=={version()}")]
+    require(bool(same), f"the lab needs {wanted}, not version {version()}")
     for name, pattern in {
         "src/nacre/__init__.py": '__version__ = "{}"\n',
         "CITATION.cff": "\nversion: {}\n",
@@ -102,7 +153,9 @@ def built_twice() -> str:
             run("git", "archive", "-o", Path(work) / "tree.tar", "HEAD")
             shutil.unpack_archive(Path(work) / "tree.tar", tree, filter="data")
             build = (sys.executable, "-m", "build", "--no-isolation", "-o", output)
-            run(*build, cwd=tree, SOURCE_DATE_EPOCH=time)
+            for package in PACKAGES:
+                folder = tree / package.folder.relative_to(ROOT)
+                run(*build, cwd=folder, SOURCE_DATE_EPOCH=time)
             sums.append(
                 {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in output.iterdir()}
             )
@@ -116,44 +169,54 @@ def built_twice() -> str:
 
 def contents() -> str:
     """What is in the archives, and nothing large."""
-    wheel, source = artifact(".whl"), artifact(".tar.gz")
+    return "; ".join(map(packed, PACKAGES))
+
+
+def packed(package: Package) -> str:
+    """Check a package's archives; their sizes."""
+    wheel, source = package.artifact(".whl"), package.artifact(".tar.gz")
     with zipfile.ZipFile(wheel) as archive:
         inside = {entry.filename: entry.file_size for entry in archive.infolist()}
-    with tarfile.open(source) as packed:
-        members = {m.name.partition("/")[2]: m.size for m in packed.getmembers()}
-    metadata = f"nacre_materials-{version()}.dist-info/"
-    strange = [n for n in inside if not n.startswith(("nacre/", metadata))]
-    require(not strange, f"wheel: {strange[:3]} lie outside of the package")
-    for needed in ("licenses/LICENSE", "licenses/NOTICE", "entry_points.txt"):
-        require(metadata + needed in inside, f"wheel: {needed} is missing")
-    for needed in ("LICENSE", "NOTICE", "README.md", "CHANGELOG.md", "SECURITY.md", "CITATION.cff"):
-        require(needed in members, f"source archive: {needed} is missing")
-    committed_files = run("git", "ls-files", "src").splitlines()
+    with tarfile.open(source) as members_of:
+        members = {m.name.partition("/")[2]: m.size for m in members_of.getmembers()}
+    metadata = f"{wheel.name.partition('-py3')[0]}.dist-info/"
+    strange = [n for n in inside if not n.startswith((f"{package.module}/", metadata))]
+    require(not strange, f"{wheel.name}: {strange[:3]} lie outside of the package")
+    licenses = [f"licenses/{name}" for name in ("LICENSE", "NOTICE") if name in package.needed]
+    for needed in (*licenses, "entry_points.txt"):
+        require(metadata + needed in inside, f"{wheel.name}: {needed} is missing")
+    for needed in package.needed:
+        require(needed in members, f"{source.name}: {needed} is missing")
+    committed_files = run("git", "ls-files", "src", cwd=package.folder).splitlines()
     left_out = [
         f for f in committed_files if f not in members or f.removeprefix("src/") not in inside
     ]
-    require(not left_out, f"left out: {left_out[:3]}")
+    require(not left_out, f"{package.name}: left out: {left_out[:3]}")
+    foreign = [n for n in members if n.startswith("lab/")]
+    require(not foreign, f"{source.name}: has {foreign[:3]}")
     large = [n for found in (inside, members) for n, size in found.items() if size > FILE_LIMIT]
     require(not large, f"larger than {FILE_LIMIT:,} bytes: {large}")
-    for path, limit in ((wheel, WHEEL_LIMIT), (source, SOURCE_LIMIT)):
+    for path, limit in ((wheel, package.wheel_limit), (source, package.source_limit)):
         require(path.stat().st_size <= limit, f"{path.name}: more than {limit:,} bytes")
-    return f"wheel {wheel.stat().st_size:,} bytes, source archive {source.stat().st_size:,}"
+    sizes = wheel.stat().st_size, source.stat().st_size
+    return f"{package.name}: wheel {sizes[0]:,} bytes, source archive {sizes[1]:,}"
 
 
 def description() -> str:
-    """An index can render the description."""
-    run(sys.executable, "-m", "twine", "check", "--strict", artifact(".whl"), artifact(".tar.gz"))
-    text = (ROOT / "README.md").read_text("utf-8")
+    """An index can render the descriptions."""
+    archives = [package.artifact(end) for package in PACKAGES for end in (".whl", ".tar.gz")]
+    run(sys.executable, "-m", "twine", "check", "--strict", *archives)
+    text = "".join((package.folder / "README.md").read_text("utf-8") for package in PACKAGES)
     relative = [link for link in re.findall(r"\]\(([^)\s]+)\)", text) if ":" not in link]
     return f"rendered by twine; {len(relative)} links are relative and lead nowhere on an index"
 
 
 def installed() -> str:
-    """The wheel works in empty environments, with and without the extra; see scripts/matrix.py."""
+    """The wheels work in empty environments; see scripts/matrix.py."""
     python = f"{sys.version_info.major}.{sys.version_info.minor}"
-    rows = [f"{python}-{extra}-highest" for extra in ("none", EXTRA)]
+    rows = [f"{python}-{what}-highest" for what in ("none", EXTRA, "lab")]
     run(sys.executable, ROOT / "scripts" / "matrix.py", *rows)
-    return f"Python {python}: without extras, and nacre demo with [{EXTRA}]"
+    return f"Python {python}: without extras, nacre demo with [{EXTRA}], and with the lab"
 
 
 def bill() -> str:
@@ -161,7 +224,7 @@ def bill() -> str:
     with tempfile.TemporaryDirectory() as work:
         python = Path(work) / "venv" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
         run(TOOLS / "uv", "venv", "-q", "--python", sys.executable, Path(work) / "venv")
-        wanted = f"{artifact('.whl')}[{EXTRA}]"
+        wanted = f"{NACRE.artifact('.whl')}[{EXTRA}]"
         run(TOOLS / "uv", "pip", "install", "-q", "--python", python, wanted)
         sbom = FOLDER / "sbom.cdx.json"
         run(TOOLS / "cyclonedx-py", "environment", "--output-reproducible", "-o", sbom, python)

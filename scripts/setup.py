@@ -1,7 +1,9 @@
 """Make this checkout runnable: virtual environment, pinned packages, an LLVM for Dr.Jit.
 
-With `--tests`, also what runs exports: a browser, three.js, OpenGL and Vulkan on the processor.
-Needs Python 3.11 or newer and nothing else; does only what is not done yet.
+`python scripts/setup.py [demo|test|docs|fuzz|lab|tools]...` installs what the files of these names
+in `requirements/` list. `lab` is the package in `lab/`; `tools` is what makes the site, and what
+runs exports: a browser, three.js, OpenGL and Vulkan on the processor. Needs Python 3.11 or newer
+and nothing else; does only what is not done yet.
 """
 
 from __future__ import annotations
@@ -15,13 +17,20 @@ import runpy
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-LOCK = ROOT / "requirements.lock"
-STAMP = VENV / "installed"
+LOCKS = ROOT / "requirements"
+HAS_PIP = importlib.util.find_spec("pip") is not None
+"""Whether this Python's pip can work for the environment, which then needs none."""
+PIP = (
+    *((sys.executable, "-m", "pip", "--python", PYTHON) if HAS_PIP else (PYTHON, "-m", "pip")),
+    *("--disable-pip-version-check", "install", "--quiet", "--no-compile"),
+)
+"""Modules are compiled when they are first imported: few of those that are installed ever are."""
 PACKAGES = {
     "three": "0.187.0",
     "@khronosgroup/gltf-viewer": "1.1.0",
@@ -74,26 +83,72 @@ def make_environment() -> None:
     """Create the virtual environment."""
     if PYTHON.exists():
         return
-    if importlib.util.find_spec("ensurepip") is None:
+    if not HAS_PIP and importlib.util.find_spec("ensurepip") is None:
         package = f"python{sys.version_info.major}.{sys.version_info.minor}-venv"
         if not apt(package):
             stop(f"Python's venv module is missing: sudo apt-get install {package}")
     say(f"creating {VENV.name} with Python {sys.version.split()[0]}")
-    run(sys.executable, "-m", "venv", VENV)
+    run(sys.executable, "-m", "venv", *(["--without-pip"] if HAS_PIP else []), VENV)
 
 
-def install_packages() -> None:
-    """Install the locked packages and this checkout, unless that was done for this lock file."""
-    done = hashlib.sha256(
-        LOCK.read_bytes() + (ROOT / "pyproject.toml").read_bytes() + str(ROOT).encode()
-    ).hexdigest()
-    if STAMP.exists() and STAMP.read_text() == done:
+def once(name: str, *files: Path, install: Callable[[], None]) -> None:
+    """Install something, unless that was done with these files."""
+    stamp = VENV / f"{name}.installed"
+    content = b"".join(path.read_bytes() for path in files) + str(ROOT).encode()
+    done = hashlib.sha256(content).hexdigest()
+    if stamp.exists() and stamp.read_text() == done:
         return
-    say("installing the packages of requirements.lock (a few minutes on a slow line)")
-    pip = (PYTHON, "-m", "pip", "install", "--quiet", "--disable-pip-version-check")
-    run(*pip, "-r", LOCK)
-    run(*pip, "--no-deps", "--no-build-isolation", "-e", ROOT)
-    STAMP.write_text(done)
+    say(f"installing what {files[0].relative_to(ROOT)} names (a few minutes on a slow line)")
+    install()
+    stamp.write_text(done)
+
+
+def provide_demo() -> None:
+    """Install what the main job needs, and this checkout."""
+
+    def install() -> None:
+        lines = (LOCKS / "demo.lock").read_text().splitlines()
+        packages = [line for line in lines if not line.startswith("#")]
+        half = len(packages) // 2
+        # The lock is complete, so nothing is resolved, and one half does not wait for the other.
+        installers = [
+            subprocess.Popen([*map(str, PIP), "--no-deps", *part])
+            for part in (packages[:half], packages[half:])
+        ]
+        try:
+            provide_libraries()
+        finally:
+            failed = [installer.wait() for installer in installers]
+        if any(failed):
+            stop("pip failed: see above")
+        install_checkout(ROOT)
+
+    once("demo", LOCKS / "demo.lock", ROOT / "pyproject.toml", install=install)
+    provide_libraries()
+
+
+def install_checkout(project: Path) -> None:
+    """Install a project of this checkout so that changes of it have an effect."""
+    run(*PIP, "--no-deps", "--no-build-isolation", "-e", project)
+
+
+def provide_lock(name: str) -> None:
+    """Install what a lock adds."""
+    files = [LOCKS / f"{lock}.lock" for lock in dict.fromkeys(("demo", "test", name))]
+    options = [option for file in files for option in ("-r", file)]
+    once(name, files[-1], install=lambda: run(*PIP, *options))
+
+
+def provide_lab() -> None:
+    """Install the package of the lab."""
+    lab = ROOT / "lab"
+    once("lab", lab / "pyproject.toml", install=lambda: install_checkout(lab))
+
+
+def provide_libraries() -> None:
+    """Make sure that there is what Mitsuba and Dr.Jit load."""
+    provide_libatomic()
+    provide_llvm()
 
 
 def provide_libatomic() -> None:
@@ -162,14 +217,39 @@ def provide_shader_drivers() -> None:
         say("without glslangValidator (Debian: glslang-tools), exported HLSL is not run")
 
 
+def provide_tools() -> None:
+    """Offer what runs exports."""
+    provide_browser()
+    provide_shader_drivers()
+
+
+STEPS: dict[str, tuple[Callable[[], None], tuple[str, ...]]] = {
+    "demo": (provide_demo, ()),
+    "test": (lambda: provide_lock("test"), ("demo",)),
+    "docs": (lambda: provide_lock("docs"), ("test",)),
+    "fuzz": (lambda: provide_lock("fuzz"), ("test",)),
+    "lab": (provide_lab, ("test",)),
+    "tools": (provide_tools, ("docs",)),
+}
+"""What can be set up, and what before it."""
+
+
+def ordered(names: list[str]) -> dict[str, Callable[[], None]]:
+    """The steps of what is asked for, each after what it needs."""
+    steps: dict[str, Callable[[], None]] = {}
+    for name in names:
+        provide, needs = STEPS[name]
+        steps |= ordered(list(needs)) | {name: provide}
+    return steps
+
+
 if __name__ == "__main__":
     if sys.version_info < (3, 11):
         stop(f"needs Python 3.11 or newer, this is {sys.version.split()[0]}; set PYTHON=python3.x")
+    asked = sys.argv[1:] or ["demo"]
+    if unknown := [name for name in asked if name not in STEPS]:
+        stop(f"no such set-up: {', '.join(unknown)}; there are {', '.join(STEPS)}")
     make_environment()
-    install_packages()
-    provide_libatomic()
-    provide_llvm()
-    if "--tests" in sys.argv[1:]:
-        provide_browser()
-        provide_shader_drivers()
+    for step in ordered(asked).values():
+        step()
     say("ready")

@@ -1,19 +1,24 @@
 """The face of the package: its names, and where missing libraries send people."""
 
 import ast
+import os
 import subprocess
 import sys
 import tomllib
+from importlib import metadata
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 import nacre
 from nacre.analytic.lambert import Lambert
 from nacre.errors import DISTRIBUTION, MissingExtraError, require
 
 ROOT = Path(__file__).parents[1]
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+DECLARED = tomllib.loads((ROOT / "pyproject.toml").read_text())
+PROJECT = DECLARED["project"]
 
 
 def test_every_public_name_is_there_after_one_import():
@@ -40,6 +45,49 @@ def test_the_distribution_is_named_as_hints_say():
     assert set(PROJECT["scripts"]) == {"nacre"}
 
 
+def test_all_is_every_other_extra():
+    extras = dict(PROJECT["optional-dependencies"])
+    (every,) = extras.pop("all")
+    assert Requirement(every).extras == set(extras)
+
+
+def locked(name: str) -> dict[str, Requirement]:
+    """The packages of a lock file by name."""
+    lines = (ROOT / "requirements" / f"{name}.lock").read_text().splitlines()
+    wanted = [Requirement(line) for line in lines if not line.startswith("#")]
+    packages = {canonicalize_name(requirement.name): requirement for requirement in wanted}
+    assert len(packages) == len(wanted), name
+    return packages
+
+
+def test_locks_name_one_version_of_all_that_is_declared():
+    locks = {name: locked(name) for name in ("demo", "test", "docs", "fuzz")}
+    together: dict[str, Requirement] = {}
+    for packages in locks.values():
+        assert not together.keys() & packages.keys()
+        together |= packages
+    extras, groups = dict(PROJECT["optional-dependencies"]), DECLARED["dependency-groups"]
+    del extras["all"]
+    main = (*PROJECT["dependencies"], *extras["render"], *DECLARED["build-system"]["requires"])
+    rest = [need for needs in (*extras.values(), *groups.values()) for need in needs]
+    for needs, packages in ((main, locks["demo"]), (rest, together)):
+        for need in map(Requirement, needs):
+            (exact,) = packages[canonicalize_name(need.name)].specifier
+            assert exact.operator == "=="
+            assert need.specifier.contains(exact.version), need
+
+
+def test_the_lock_of_the_demo_is_complete():
+    """It is installed without a look at what its packages need."""
+    packages = locked("demo")
+    for name, pinned in packages.items():
+        if pinned.marker is not None and not pinned.marker.evaluate():
+            continue
+        for need in map(Requirement, metadata.requires(name) or []):
+            if need.marker is None or need.marker.evaluate({"extra": ""}):
+                assert canonicalize_name(need.name) in packages, f"{name}: {need}"
+
+
 def test_a_missing_library_is_hinted_at_with_the_distribution_and_an_extra_that_brings_it():
     with pytest.raises(MissingExtraError, match=r"pip install 'nacre-materials\[plot\]'"):
         require("no_such_library", "plot")
@@ -63,11 +111,75 @@ def test_extras_that_hints_name_bring_the_library():
     brought_by = {"PIL": "pillow", "skimage": "scikit-image", "flip_evaluator": "flip-evaluator"}
     brought_by |= {"colour": "colour-science", "dask": "distributed"}
     extras = PROJECT["optional-dependencies"]
-    asked = {pair for path in (ROOT / "src").rglob("*.py") for pair in required(path)}
+    sources = (ROOT / "src", ROOT / "lab" / "src")
+    asked = {pair for folder in sources for path in folder.rglob("*.py") for pair in required(path)}
     assert len(asked) > 10
     for library, extra in asked:
         name = brought_by.get(library, library)
         assert any(need.startswith(name) for need in extras[extra]), (library, extra)
+
+
+def command(*words: str, code: str = "", **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run the command line in a process of its own, after some code."""
+    program = f"from nacre.cli import main, root\n{code}\nmain({list(words)})"
+    return subprocess.run(
+        [sys.executable, "-c", program],
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+ALONE = "root._commands._entry_points = {}"
+"""As where no other package is installed."""
+
+
+@pytest.mark.parametrize("name", ["bench", "reproduce"])
+def test_commands_of_the_lab_say_what_to_install(name: str) -> None:
+    done = command(name, "--list", code=ALONE)
+    assert done.returncode == 2
+    assert done.stderr == f"nacre: {name!r} comes with nacre-lab: pip install nacre-lab\n"
+    assert name not in command("--help", code=ALONE).stdout.split()
+
+
+@pytest.fixture
+def plugins(tmp_path: Path) -> dict[str, str]:
+    """An environment with a package that adds a command, and one that does not load."""
+    (tmp_path / "greeting.py").write_text(
+        "import click\n@click.command('greet', help='Greet people.')\n"
+        "def greet() -> None:\n    click.echo('hello')\n"
+    )
+    facts = tmp_path / "greeting-1.0.dist-info"
+    facts.mkdir()
+    (facts / "METADATA").write_text("Metadata-Version: 2.1\nName: greeting\nVersion: 1.0\n")
+    (facts / "entry_points.txt").write_text(
+        "[nacre.commands]\ngreet = greeting:greet\nbroken = greeting:nothing\n"
+    )
+    folders = str(tmp_path), os.environ.get("PYTHONPATH", "")
+    return {"PYTHONPATH": os.pathsep.join(filter(None, folders))}
+
+
+def test_other_packages_add_commands(plugins: dict[str, str]) -> None:
+    assert command("greet", **plugins).stdout == "hello\n"
+    listed = command("--help", **plugins).stdout
+    assert "Greet people." in listed
+    assert "of the package greeting does not load" in " ".join(listed.split())
+
+
+def test_a_command_that_does_not_load_is_an_error_in_one_line(plugins: dict[str, str]) -> None:
+    done = command("broken", **plugins)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "'broken' of the package greeting does not load" in done.stderr
+
+
+@pytest.mark.parametrize(("typed", "meant"), [("gret", "greet"), ("rendre", "render")])
+def test_commands_of_all_packages_are_suggested(
+    plugins: dict[str, str], typed: str, meant: str
+) -> None:
+    done = command(typed, **plugins)
+    assert done.returncode == 2
+    assert f"did you mean {meant}" in done.stderr
 
 
 def test_texture_networks_name_their_own_extra_for_pytorch():

@@ -7,7 +7,7 @@
 
 Inputs that fail are kept in out/fuzz/<format>/failure-* with the error beside them, one for each
 place that fails; those that end the process (crash, time, memory) in crash-*. The corpus is kept
-too, so that a further run goes on from there. Needs Linux and atheris: pip install -e '.[fuzz]'.
+too, so that a further run goes on from there. Needs Linux and atheris (make fuzz).
 """
 
 from __future__ import annotations
@@ -145,7 +145,7 @@ def main() -> None:
         print("no failure")
         return
     if arguments.blind is None and importlib.util.find_spec("atheris") is None:
-        raise SystemExit("fuzzing needs atheris: pip install -e '.[fuzz]'")
+        raise SystemExit("fuzzing needs atheris: make fuzz")
     bad = False
     print(_HEAD, flush=True)
     for name in names:

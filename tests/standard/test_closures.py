@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from lab.studies.study import museum
 from nacre.analytic import Ggx
 from nacre.analytic.lambert import Lambert
 from nacre.export import TARGETS
+from nacre.render.environment import load_environment
 from nacre.render.lights import DirectionalLight
 from nacre.render.sphere import SIZE, render_sphere
 from nacre.runtime.progress import silent
@@ -18,6 +18,7 @@ from nacre.sampling.energy import albedos
 from nacre.standard import closure_fit
 from nacre.standard.closures import NODES, Closures
 from tests.analytic.materials import EXAMPLES
+from tests.data import require_data
 from tests.export.support import needs
 from tests.measured.support import hemisphere
 from tests.oracles import blender, closures
@@ -79,7 +80,8 @@ def test_materialx_shows_the_mixture():
 def test_cycles_shows_the_mixture():
     needs(blender.missing())
     shader = TARGETS["osl-closures"]().files(MIXTURE, "mixture")["mixture.osl"].decode()
-    rendered = blender.closures(shader, SIZE, 1, museum().exposed())[0]
+    museum = load_environment(require_data("environment", "museum.exr"))
+    rendered = blender.closures(shader, SIZE, 1, museum.exposed())[0]
     shown = render_sphere(MIXTURE, DirectionalLight())[0]
     assert closures.psnr(rendered, shown) > 60.0
 
