@@ -16,6 +16,7 @@ import nacre
 from nacre.neural import Layer, NeuralBrdf
 from tests.cli.support import assert_refused
 from tests.scans import Gloss, scan
+from tests.tiers import tiered
 
 TIMEOUT = 240
 
@@ -140,6 +141,7 @@ def test_compare_prints_numbers_and_writes_a_picture(folder, tmp_path):
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_convert_goes_from_any_format_to_any_it_can(folder, tmp_path):
     wi = np.array([0.0, 0.0, 1.0])
     options = ["--inputs", "paper", "--epochs", 1, "--samples", 2000]
@@ -173,7 +175,7 @@ def test_convert_takes_a_resolution(folder, tmp_path):
         assert grid in nacre.load(tmp_path / name).describe()["grid"]
 
 
-@pytest.mark.parametrize("given", ["", "file"])
+@pytest.mark.parametrize("given", tiered(["", "file"], ["file"]))
 def test_demo_runs_the_main_job(folder, tmp_path, given):
     named = str(folder / "table.binary") if given else ""
     options = ["--preset", "draft", "--spp", 2, "-o", "made/demo.png"]

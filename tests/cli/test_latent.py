@@ -67,6 +67,7 @@ def test_info_tells_what_bases_and_codes_are(capsys, folder):
 NEURAL = ["--model", "neural", "--code-dim", "6", "--steps", "250"]
 
 
+@pytest.mark.slow
 def test_a_neural_basis_serves_alike(capsys, folder):
     pytest.importorskip("torch", reason="needs the extra 'latent'")
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
@@ -106,6 +107,7 @@ def test_a_hypernetwork_gives_networks(capsys, folder):
     np.testing.assert_array_equal(nacre.load("x.h5").eval(wi, wo), found)
 
 
+@pytest.mark.slow
 def test_an_autoencoder_gives_networks_with_or_without_its_encoder(capsys, folder):
     pytest.importorskip("torch", reason="needs the extra 'latent'")
     names = [f"made{index}.json" for index in range(len(MATERIALS))]

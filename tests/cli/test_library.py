@@ -82,6 +82,7 @@ def test_analytic_models_and_files_beside_folders(folder, capsys):
     }
 
 
+@pytest.mark.slow
 def test_a_local_cluster_is_started_and_its_dashboard_told(folder, capsys):
     pytest.importorskip("distributed", reason="needs the extra 'cluster'")
     assert run("fit", "in", "-o", "here", *QUICK) == 0

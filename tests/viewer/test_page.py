@@ -13,6 +13,7 @@ from nacre.render.studio import studio
 from nacre.viewer.content import Entry, page
 from tests.analytic.materials import EXAMPLES
 from tests.export.support import needs
+from tests.tiers import tiered
 from tests.viewer.tab import Tab
 
 HOSTILE = "<img src=x onerror=alert(1)>&amp;</script><script>alert(2)</script>"
@@ -90,7 +91,7 @@ def test_forms_of_a_material_are_chosen_by_buttons(tab: Tab) -> None:
     assert pressed.count() == 1
 
 
-@pytest.mark.parametrize("shape", ["ball", "cloth", "knot"])
+@pytest.mark.parametrize("shape", tiered(["ball", "cloth", "knot"], ["cloth"]))
 def test_shapes_and_turning(tab: Tab, shape: str) -> None:
     tab.open(content())
     assert changes(tab, lambda: tab.page.get_by_label("Shape").select_option(shape))
@@ -150,7 +151,9 @@ def test_search_leaves_what_matches(tab: Tab) -> None:
 
 
 @pytest.mark.parametrize(
-    ("size", "scheme"), [((1280, 860), "light"), ((360, 740), "dark")], ids=["wide", "narrow"]
+    ("size", "scheme"),
+    tiered([((1280, 860), "light"), ((360, 740), "dark")], lambda case: case[1] == "dark"),
+    ids=["wide", "narrow"],
 )
 def test_axe_finds_nothing(
     chromium: Any, tmp_path: Path, size: tuple[int, int], scheme: str
