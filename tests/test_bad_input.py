@@ -83,7 +83,7 @@ def test_a_value_that_is_not_finite_is_refused(case: Target, value: float) -> No
 
 
 @pytest.mark.parametrize(
-    "value", tiered([1e300, -1e300, 3.4e38, -3.4e38, 1e30, 1e-45, -1.0], [-3.4e38, -1.0])
+    "value", tiered([1e300, -1e300, 3.4e38, -3.4e38, 1e30, 1e-45, -1.0], [-3.4e38])
 )
 def test_an_extreme_value_is_refused_or_gives_finite_ones(case: Target, value: float) -> None:
     with np.errstate(over="ignore"):

@@ -205,6 +205,7 @@ def test_axe_finds_nothing(host: Host):
         '<nacre-view src="usual%201.safetensors"></nacre-view>'
         '<nacre-view shape="cube"></nacre-view>'
     )
+    host.page.evaluate(f"{FIRST}.style.width = '96px'")
     host.picture()
     host.page.evaluate(f"() => {{ {AXE.read_text('utf-8')} }}")
     found = host.page.evaluate("() => axe.run()")

@@ -35,6 +35,13 @@ def content() -> bytes:
     return page(HOSTILE, entries, [studio()])
 
 
+def opened(tab: Tab) -> Tab:
+    """The page in a small picture, as software draws it."""
+    tab.open(content())
+    tab.page.evaluate("window.page.renderer.resize(128, 128)")
+    return tab
+
+
 def pixels(tab: Tab) -> list[float]:
     """The picture as it is shown, coarsely."""
     found: list[float] = tab.page.evaluate(
@@ -63,7 +70,7 @@ def changes(tab: Tab, act: Any) -> bool:
 
 
 def test_materials_are_shown_and_switched(tab: Tab) -> None:
-    tab.open(content())
+    opened(tab)
     tab.keep("look")
     options = tab.page.locator(".material")
     assert options.count() == 3
@@ -73,7 +80,7 @@ def test_materials_are_shown_and_switched(tab: Tab) -> None:
 
 
 def test_texts_of_files_stay_texts(tab: Tab) -> None:
-    tab.open(content())
+    opened(tab)
     assert tab.page.title() == HOSTILE
     assert tab.page.locator("h1").inner_text() == HOSTILE
     tab.page.locator(".material").nth(1).click()
@@ -84,7 +91,7 @@ def test_texts_of_files_stay_texts(tab: Tab) -> None:
 
 
 def test_forms_of_a_material_are_chosen_by_buttons(tab: Tab) -> None:
-    tab.open(content())
+    opened(tab)
     tab.page.locator(".material").nth(1).click()
     assert changes(tab, tab.page.locator("#forms button").nth(1).click)
     pressed = tab.page.locator("#forms button[aria-pressed=true]")
@@ -93,7 +100,7 @@ def test_forms_of_a_material_are_chosen_by_buttons(tab: Tab) -> None:
 
 @pytest.mark.parametrize("shape", tiered(["ball", "cloth", "knot"], ["cloth"]))
 def test_shapes_and_turning(tab: Tab, shape: str) -> None:
-    tab.open(content())
+    opened(tab)
     assert changes(tab, lambda: tab.page.get_by_label("Shape").select_option(shape))
     box = tab.page.locator("#picture").bounding_box()
 
@@ -111,7 +118,7 @@ def test_shapes_and_turning(tab: Tab, shape: str) -> None:
 
 
 def test_light_turns_brightens_and_has_a_lamp(tab: Tab) -> None:
-    tab.open(content())
+    opened(tab)
     assert changes(tab, lambda: tab.page.get_by_label("Rotation").fill("120"))
     assert changes(tab, lambda: tab.page.get_by_label("Exposure").fill("-2"))
     assert not tab.page.locator("#lamp").is_visible()
@@ -125,7 +132,7 @@ def test_light_turns_brightens_and_has_a_lamp(tab: Tab) -> None:
 
 
 def test_keys_alone_reach_everything(tab: Tab) -> None:
-    tab.open(content())
+    opened(tab)
     reached = set()
     for _ in range(30):
         tab.page.keyboard.press("Tab")
@@ -142,7 +149,7 @@ def test_keys_alone_reach_everything(tab: Tab) -> None:
 
 
 def test_search_leaves_what_matches(tab: Tab) -> None:
-    tab.open(content())
+    opened(tab)
     tab.page.get_by_label("Search").fill("standard")
     assert tab.page.locator(".material:visible").count() == 1
     assert tab.page.locator("#count").inner_text() == "1 of 3"
