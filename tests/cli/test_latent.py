@@ -42,16 +42,16 @@ GRID = ["--resolution", "30,15,15"]
 
 def test_a_material_goes_through_its_code(capsys, folder):
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
-    main(["latent", "train", *names, "-o", "own.safetensors", "--code-dim", "9", *GRID])
+    main(["latent", "train", *names, "-o", "o.safetensors", "--code-dim", "9", *GRID])
     assert "8 materials, latent size 9" in capsys.readouterr().out
     random = np.random.default_rng(1)
     w = random.normal(size=(2, 2000, 3))
     w[..., 2] = np.abs(w[..., 2]) + 0.3
     wi, wo = w / np.linalg.norm(w, axis=-1, keepdims=True)
     for options in ([], ["--no-refine"]):
-        main(["latent", "encode", "new.json", "--basis", "own.safetensors", "-o", "c.json", *options])
+        main(["latent", "encode", "new.json", "--basis", "o.safetensors", "-o", "c.json", *options])
         assert "9 values (36 bytes)" in capsys.readouterr().out
-        main(["latent", "decode", "c.json", "--basis", "own.safetensors", "-o", "x.binary"])
+        main(["latent", "decode", "c.json", "--basis", "o.safetensors", "-o", "x.binary"])
         found, truth = nacre.load("x.binary").eval(wi, wo), NEW.eval(wi, wo)
         assert np.median(np.abs(found - truth) / truth) < 0.1
 

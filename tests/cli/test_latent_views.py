@@ -53,6 +53,7 @@ def test_what_lies_between_is_rendered_and_kept(here, capsys):
         np.testing.assert_allclose(again, codes[k], atol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_material_moves_along_named_directions(here, capsys):
     options = ["--basis", "basis.safetensors", "--count", 3, "--size", 16, "--spp", 1]
     along = ["--along", "darker", "--along", "more-saturated"]

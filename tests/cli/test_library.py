@@ -136,6 +136,7 @@ def test_wrong_usage_says_so_and_makes_nothing(folder, capsys, arguments, words)
     assert sorted(folder.rglob("*")) == before
 
 
+@pytest.mark.slow
 def test_a_killed_run_is_taken_up_where_it_stopped(folder):
     for name in ("c", "d", "e"):
         table(folder / f"in/{name}.binary")

@@ -228,6 +228,7 @@ def test_files_are_dropped_and_what_fails_is_said(chromium: Any, tmp_path: Path)
     assert isinstance(shown, NeuralBrdf)
     with Tab(chromium, tmp_path) as tab:
         tab.open(page("Drop", [Entry("One", {"Network": shown})], [studio()]))
+        tab.page.evaluate("window.page.renderer.resize(96, 96)")  # software draws it
         names = "<b>paint.mbsdf", "dark.safetensors", "notes.txt", "cut.binary"
         contents = mbsdf_file(), encode(shown), b"hello", b"\1\0\0\0"
         texts = [base64.b64encode(content).decode() for content in contents]

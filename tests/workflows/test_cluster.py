@@ -114,6 +114,7 @@ def aside(function) -> threading.Thread:
     return thread
 
 
+@pytest.mark.slow
 def test_a_killed_worker_costs_nothing(cluster, folder, output, here, tmp_path):
     fitting = Held(folder=tmp_path)
 
