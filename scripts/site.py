@@ -29,13 +29,14 @@ class NotebookPage(File):
 
 
 def on_files(files: Files, config: Any) -> Files:
-    """Run the notebooks, and add to `api/` what pdoc writes of the module `extra.api`.
+    """Run the notebooks if `extra.run` says so, and add to `api/` what pdoc writes of the module
+    `extra.api`.
 
     A cell that fails ends the build, and so do pdoc's warnings.
     """
     for file in [file for file in files if file.src_uri.endswith(".ipynb")]:
         files.remove(file)
-        page, pictures = executed(Path(file.abs_src_path))
+        page, pictures = executed(Path(file.abs_src_path), config.extra["run"])
         files.append(NotebookPage.generated(config, file.src_uri, content=page))
         for name, content in pictures.items():
             place = (Path(file.src_uri).parent / name).as_posix()
@@ -49,8 +50,8 @@ def on_files(files: Files, config: Any) -> Files:
     return files
 
 
-def executed(path: Path) -> tuple[str, dict[str, bytes]]:
-    """A notebook as Markdown after all of its cells ran in an empty folder, and its pictures."""
+def executed(path: Path, run: bool) -> tuple[str, dict[str, bytes]]:
+    """A notebook as Markdown and its pictures, after all of its cells ran in an empty folder."""
     notebook = nbformat.read(path, as_version=4)
     commands = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     with tempfile.TemporaryDirectory() as folder:
@@ -62,7 +63,8 @@ def executed(path: Path) -> tuple[str, dict[str, bytes]]:
             extra_arguments=["--log-level=ERROR"],  # it warns of every connection
             coalesce_streams=True,
         )
-        client.execute(env=os.environ | {"PATH": commands})
+        if run:
+            client.execute(env=os.environ | {"PATH": commands})
     for cell in notebook.cells:  # JPEGs that Pillow offers beside its PNGs
         for output in cell.get("outputs", []):
             output.get("data", {}).pop("image/jpeg", None)

@@ -8,13 +8,14 @@ import pytest
 from nacre.neural.inputs import ENHANCED
 from tests.contracts.directions import pairs
 from tests.contracts.materials import made
+from tests.tiers import tiered
 
 jax = pytest.importorskip("jax", reason="needs the extra 'jax'")
 
 NAMES = [f"isotropic network of {ENHANCED} inputs", "MERL table of a network"]
 
 
-@pytest.fixture(scope="module", params=NAMES)
+@pytest.fixture(scope="module", params=tiered(NAMES, NAMES[:1]))
 def brdf(request):
     return made(request.param)
 

@@ -16,6 +16,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.tiers import tiered
+
 ROOT = Path(__file__).parents[1]
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
 FETCHING = {"link", "script", "img", "iframe", "source", "video"}
@@ -34,20 +36,22 @@ class Addresses(HTMLParser):
         self.found += [(tag, value or "") for name, value in attrs if name in ("src", "href")]
 
 
-@pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """All pages; of the API reference one module, since all take a minute."""
-    folder = tmp_path_factory.mktemp("site")
-    status, output = build(ROOT, "--site-dir", str(folder))
+@pytest.fixture(scope="module", params=tiered(["unrun", "run"], ["unrun"]))
+def site(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """All pages, without what cells of notebooks give and with it; of the API reference one module,
+    since all take a minute.
+    """
+    folder, run = tmp_path_factory.mktemp("site"), request.param == "run"
+    status, output = build(ROOT, "--site-dir", str(folder), SITE_RUN=str(run).lower())
     assert status == 0, output
     return folder
 
 
-def build(folder: Path, *options: str) -> tuple[int, str]:
+def build(folder: Path, *options: str, **more: str) -> tuple[int, str]:
     """The exit status of MkDocs in a folder, as the Makefile runs it, and what it says."""
     for name in ("mkdocs", "material", "latex2mathml", "nbclient", "nbconvert", "ipykernel"):
         pytest.importorskip(name, reason="needs the extra 'docs'")
-    environment = os.environ | {"SITE_API": "nacre.errors", "NO_MKDOCS_2_WARNING": "1"}
+    environment = os.environ | {"SITE_API": "nacre.errors", "NO_MKDOCS_2_WARNING": "1"} | more
     command = [sys.executable, "-m", "mkdocs", "build", *options]
     built = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
     return built.returncode, built.stdout + built.stderr
@@ -77,6 +81,7 @@ def test_links_that_lead_nowhere_end_the_build(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("source", NOTEBOOKS, ids=lambda source: source.stem)
+@pytest.mark.parametrize("site", [pytest.param("run", marks=pytest.mark.slow)], indirect=True)
 def test_notebooks_show_what_their_cells_gave(site: Path, source: Path) -> None:
     page = site / "notebooks" / f"{source.stem}.html"
     shown = [address for tag, address in Addresses(page).found if tag == "img"]

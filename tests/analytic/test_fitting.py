@@ -11,11 +11,12 @@ from nacre.measured import ScatteredBrdf
 from nacre.sampling import draw_samples
 from tests.analytic.materials import EXAMPLES
 from tests.measured.support import hemisphere
+from tests.tiers import tiered
 
 SEARCHED = [n for n in EXAMPLES if not MODELS[n].tables and MODELS[n].fitted_on == "samples"]
 
 
-@pytest.mark.parametrize("name", SEARCHED)
+@pytest.mark.parametrize("name", tiered(SEARCHED, {"ggx", "ward", "lafortune"} & {*SEARCHED}))
 def test_known_parameters_are_found(name):
     truth = EXAMPLES[name]
     fitted = fit(truth, MODELS[name], samples=10_000)

@@ -206,6 +206,7 @@ def test_the_default_model_is_trained_and_encodes_another_texture(files, tmp_pat
     ]
 
 
+@pytest.mark.slow
 def test_the_default_model_goes_on_to_the_same_bytes(files, tmp_path, capsys, monkeypatch):
     """However often it is stopped: on the way through a stage, and at the last step of one."""
     output = tmp_path / "model.safetensors"

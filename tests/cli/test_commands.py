@@ -1,4 +1,4 @@
-"""The command line as a user meets it: real processes, real files."""
+"""The command line as a user meets it: real files, and real processes where those differ."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ import pytest
 import nacre
 from nacre.neural import Layer, NeuralBrdf
 from tests.cli.support import assert_refused
+from tests.cli.support import run as run_here
 from tests.scans import Gloss, scan
+from tests.tiers import tiered
 
 TIMEOUT = 240
 
@@ -31,6 +33,19 @@ def run(
         timeout=TIMEOUT,
         env=os.environ | environment,
     )
+
+
+@pytest.fixture
+def command(capsys, monkeypatch):
+    """Runs a command like `run`, but in this process, which need not load what commands do."""
+
+    def call(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
+        monkeypatch.chdir(cwd)
+        capsys.readouterr()
+        code = run_here(*arguments)
+        return subprocess.CompletedProcess(arguments, code, *capsys.readouterr())
+
+    return call
 
 
 @pytest.fixture(scope="module")
@@ -56,10 +71,10 @@ def test_fit_writes_a_material_that_loads(folder):
     assert material.metadata["source"]["file"] == "table.binary"
 
 
-def test_fit_takes_sizes_seeds_and_names(folder, tmp_path):
+def test_fit_takes_sizes_seeds_and_names(command, folder, tmp_path):
     options = ["--hidden", "8", "--seed", 3, "--epochs", 1, "--samples", 2000]
     for name in "ab":
-        done = run(
+        done = command(
             "fit",
             folder / "table.binary",
             "-o",
@@ -72,9 +87,9 @@ def test_fit_takes_sizes_seeds_and_names(folder, tmp_path):
     assert nacre.load(tmp_path / "a.safetensors").sizes == (6, 8, 3)
 
 
-def test_fit_takes_bytes_and_a_precision(folder, tmp_path):
+def test_fit_takes_bytes_and_a_precision(command, folder, tmp_path):
     options = ["--max-bytes", 900, "--epochs", 1, "--samples", 2000, "--precision", "half"]
-    done = run("fit", folder / "table.binary", *options, cwd=tmp_path)
+    done = command("fit", folder / "table.binary", *options, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     material = nacre.load(tmp_path / "table.safetensors")
     assert material.precision == "half"
@@ -82,20 +97,20 @@ def test_fit_takes_bytes_and_a_precision(folder, tmp_path):
     assert f"{material.weight_count} weights ({material.nbytes} bytes)" in done.stdout
 
 
-def test_the_fit_of_a_scan_ends_in_its_error_at_held_out_samples(tmp_path):
+def test_the_fit_of_a_scan_ends_in_its_error_at_held_out_samples(command, tmp_path):
     nacre.save(scan(Gloss(), 300), tmp_path / "scan.csv")
-    done = run("fit", "scan.csv", "--epochs", 20, "--samples", 8000, cwd=tmp_path)
+    done = command("fit", "scan.csv", "--epochs", 20, "--samples", 8000, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     error = r"median \d+\.\d %, mean \d+\.\d %"
     line = rf"at 60 held-out samples: {error} \(of the nearest sample: {error}\)"
     assert re.search(line, " ".join(done.stdout.split()))
-    assert "held out median error" in run("info", "scan.safetensors", cwd=tmp_path).stdout
+    assert "held out median error" in command("info", "scan.safetensors", cwd=tmp_path).stdout
 
 
-def test_several_files_fit_into_a_folder(folder, tmp_path):
+def test_several_files_fit_into_a_folder(command, folder, tmp_path):
     (tmp_path / "other.binary").write_bytes((folder / "table.binary").read_bytes())
     options = ["--epochs", 1, "--samples", 2000, "-o", tmp_path]
-    done = run("fit", folder / "table.binary", "other.binary", *options, cwd=tmp_path)
+    done = command("fit", folder / "table.binary", "other.binary", *options, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert {p.name for p in tmp_path.glob("*.safetensors")} == {
         "table.safetensors",
@@ -103,18 +118,18 @@ def test_several_files_fit_into_a_folder(folder, tmp_path):
     }
 
 
-def test_a_bad_file_among_several_does_not_stop_the_others(folder, tmp_path):
+def test_a_bad_file_among_several_does_not_stop_the_others(command, folder, tmp_path):
     (tmp_path / "bad.binary").write_bytes(b"bad")
     arguments = ["bad.binary", folder / "table.binary", "--epochs", 1, "--samples", 2000]
-    done = run("fit", *arguments, cwd=tmp_path)
+    done = command("fit", *arguments, cwd=tmp_path)
     assert done.returncode == 1
     assert "bad.binary: content is of no known format" in done.stderr
     assert "675 weights" in done.stdout
     assert {p.name for p in tmp_path.glob("*.safetensors")} == {"table.safetensors"}
 
 
-def test_info_shows_facts_line_by_line(folder):
-    done = run("info", "table.binary", "table.safetensors", cwd=folder)
+def test_info_shows_facts_line_by_line(command, folder):
+    done = command("info", "table.binary", "table.safetensors", cwd=folder)
     assert done.returncode == 0, done.stderr
     for words in ("90 x 90 x 180", "invalid samples", "6-21-21-3", "held out loss", "GGX normals"):
         assert words in done.stdout
@@ -140,6 +155,7 @@ def test_compare_prints_numbers_and_writes_a_picture(folder, tmp_path):
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_convert_goes_from_any_format_to_any_it_can(folder, tmp_path):
     wi = np.array([0.0, 0.0, 1.0])
     options = ["--inputs", "paper", "--epochs", 1, "--samples", 2000]
@@ -162,18 +178,18 @@ def test_convert_goes_from_any_format_to_any_it_can(folder, tmp_path):
     np.testing.assert_allclose(found, expected, rtol=0.02, atol=1e-6)
 
 
-def test_convert_takes_a_resolution(folder, tmp_path):
+def test_convert_takes_a_resolution(command, folder, tmp_path):
     for name, nodes, grid in (
         ("x.binary", "9,8,10", "theta_h x theta_d x phi_d: 9 x 8 x 10"),
         ("x.bsdf", "1,6,10,8,16", "vndf 8 x 16; rgb 10 x 10"),
     ):
         source = folder / "table.binary"
-        done = run("convert", source, "-o", name, "--resolution", nodes, cwd=tmp_path)
+        done = command("convert", source, "-o", name, "--resolution", nodes, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
         assert grid in nacre.load(tmp_path / name).describe()["grid"]
 
 
-@pytest.mark.parametrize("given", ["", "file"])
+@pytest.mark.parametrize("given", tiered(["", "file"], ["file"]))
 def test_demo_runs_the_main_job(folder, tmp_path, given):
     named = str(folder / "table.binary") if given else ""
     options = ["--preset", "draft", "--spp", 2, "-o", "made/demo.png"]
@@ -368,26 +384,26 @@ def test_help_lists_every_command_and_heavy_libraries_stay_out():
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-def test_analytic_models_are_fitted_shown_and_converted(folder, tmp_path):
-    done = run("fit", folder / "table.binary", "--model", "ggx", "--gain", 4, cwd=tmp_path)
+def test_analytic_models_are_fitted_shown_and_converted(command, folder, tmp_path):
+    done = command("fit", folder / "table.binary", "--model", "ggx", "--gain", 4, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "table.json: ggx, diffuse" in done.stdout
     material = nacre.load(tmp_path / "table.json")
     assert material.metadata["fit"]["gain"] == 4
     assert material.metadata["source"]["file"] == "table.binary"
-    done = run("info", "table.json", cwd=tmp_path)
+    done = command("info", "table.json", cwd=tmp_path)
     assert "roughness" in done.stdout
-    done = run("convert", "table.json", "-o", "table.binary", cwd=tmp_path)
+    done = command("convert", "table.json", "-o", "table.binary", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
 
 
-def test_every_preset_can_be_chosen(folder, tmp_path):
+def test_every_preset_can_be_chosen(command, folder, tmp_path):
     from nacre.cli.options import preset_option
     from nacre.neural.recipe import PRESETS
 
     assert tuple(preset_option().type.choices) == tuple(PRESETS)
     settings = ["--preset", "draft", "--epochs", 2, "--samples", 4000]
-    done = run("fit", folder / "table.binary", *settings, cwd=tmp_path)
+    done = command("fit", folder / "table.binary", *settings, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     made = nacre.load(tmp_path / "table.safetensors").metadata["fit"]
     assert (made["epochs"], made["learning_rate"]) == (2, PRESETS["draft"]["learning_rate"])
@@ -410,16 +426,16 @@ def test_options_that_do_not_go_together_are_refused(
     assert_refused(capsys, message, "fit", folder / "table.binary", *options)
 
 
-def test_convert_takes_one_material_of_a_table(tmp_path):
+def test_convert_takes_one_material_of_a_table(command, tmp_path):
     lines = (
         f"{name} = Aggregate(Lambertian(albedo = [0.1, 0.2, 0.3]), "
         "NganWard(albedo = [0.3, 0.2, 0.1], roughness = 0.25))"
         for name in ("brass", "steel")
     )
     (tmp_path / "ward.fit").write_text("\n".join(lines))
-    done = run("convert", "ward.fit", "-o", "x.json", cwd=tmp_path)
+    done = command("convert", "ward.fit", "-o", "x.json", cwd=tmp_path)
     assert done.returncode == 2
     assert "choose one of brass, steel" in done.stderr
-    done = run("convert", "ward.fit", "-o", "x.json", "--material", "steel", cwd=tmp_path)
+    done = command("convert", "ward.fit", "-o", "x.json", "--material", "steel", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert nacre.load(tmp_path / "x.json").name == "steel"

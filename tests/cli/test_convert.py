@@ -10,12 +10,17 @@ import pytest
 import nacre
 from nacre.cli import main
 from tests.measured.support import BANDS, material, spectral, tensor_bytes, write
+from tests.tiers import tiered
 
 pytest.importorskip("colour", reason="needs the extra 'spectral'")
 
 
 @pytest.mark.parametrize(
-    ("target", "kept"), [("a.csv", True), ("a.bsdf", True), ("a.binary", False), ("a.npz", False)]
+    ("target", "kept"),
+    tiered(
+        [("a.csv", True), ("a.bsdf", True), ("a.binary", False), ("a.npz", False)],
+        [("a.csv", True), ("a.npz", False)],
+    ),
 )
 def test_wavelengths_are_kept_or_missed_aloud(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], target: str, kept: bool

@@ -49,10 +49,16 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_a_network_and_a_code_of_a_sphere(capsys, here, monkeypatch):
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two rounds, and a draft of a network."""
     monkeypatch.setattr("nacre.photographs.estimate.ROUNDS", 2)
     draft = lambda *a, **settings: fit(*a, Recipe.preset("draft"), **settings)  # noqa: E731
     monkeypatch.setattr("nacre.photographs.estimate.fit", draft)
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_network_of_a_sphere(capsys, here):
     found = run_json(capsys, "estimate", "photo.exr", *SPHERE, "-o", "paint.safetensors")
     assert found["output"] == "paint.safetensors"
     assert found["unexplained"] < 0.1
@@ -64,6 +70,10 @@ def test_a_network_and_a_code_of_a_sphere(capsys, here, monkeypatch):
     true, seen = (np.asarray(albedo(m, [0.5]).value) for m in (TRUTH, material))
     np.testing.assert_allclose(seen, true, rtol=0.08)
 
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("quick")
+def test_a_code_of_two_pictures_of_a_sphere(capsys, here):
     write_image(1.3 * _read("photo.exr"), "bright.exr")
     extra = "--camera", "exposure", "-o", "paint.json"
     assert run("estimate", "photo.exr", "bright.exr", *SPHERE, *extra, quiet=False) == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -15,15 +16,24 @@ from tests.cli.support import run, run_json
 from tests.latent.made import MATERIALS, NEW
 
 
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Materials, and a basis of them."""
+    folder = tmp_path_factory.mktemp("trained")
     for index, make in enumerate(MATERIALS):
-        nacre.save(make(), tmp_path / f"made{index}.json")
-    nacre.save(NEW, tmp_path / "new.json")
-    (tmp_path / "empty").mkdir()
-    names = [f"made{index}.json" for index in range(len(MATERIALS))]
-    main(["latent", "train", *names, "-o", "b.safetensors", "--code-dim", "9", *GRID])
+        nacre.save(make(), folder / f"made{index}.json")
+    nacre.save(NEW, folder / "new.json")
+    (folder / "empty").mkdir()
+    names = [folder / f"made{index}.json" for index in range(len(MATERIALS))]
+    basis = folder / "b.safetensors"
+    assert run("latent", "train", *names, "-o", basis, "--code-dim", 9, *GRID) == 0
+    return folder
+
+
+@pytest.fixture
+def folder(trained: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    shutil.copytree(trained, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
@@ -31,15 +41,17 @@ GRID = ["--resolution", "30,15,15"]
 
 
 def test_a_material_goes_through_its_code(capsys, folder):
+    names = [f"made{index}.json" for index in range(len(MATERIALS))]
+    main(["latent", "train", *names, "-o", "o.safetensors", "--code-dim", "9", *GRID])
     assert "8 materials, latent size 9" in capsys.readouterr().out
     random = np.random.default_rng(1)
     w = random.normal(size=(2, 2000, 3))
     w[..., 2] = np.abs(w[..., 2]) + 0.3
     wi, wo = w / np.linalg.norm(w, axis=-1, keepdims=True)
     for options in ([], ["--no-refine"]):
-        main(["latent", "encode", "new.json", "--basis", "b.safetensors", "-o", "c.json", *options])
+        main(["latent", "encode", "new.json", "--basis", "o.safetensors", "-o", "c.json", *options])
         assert "9 values (36 bytes)" in capsys.readouterr().out
-        main(["latent", "decode", "c.json", "--basis", "b.safetensors", "-o", "x.binary"])
+        main(["latent", "decode", "c.json", "--basis", "o.safetensors", "-o", "x.binary"])
         found, truth = nacre.load("x.binary").eval(wi, wo), NEW.eval(wi, wo)
         assert np.median(np.abs(found - truth) / truth) < 0.1
 
@@ -67,6 +79,7 @@ def test_info_tells_what_bases_and_codes_are(capsys, folder):
 NEURAL = ["--model", "neural", "--code-dim", "6", "--steps", "250"]
 
 
+@pytest.mark.slow
 def test_a_neural_basis_serves_alike(capsys, folder):
     pytest.importorskip("torch", reason="needs the extra 'latent'")
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
@@ -106,6 +119,7 @@ def test_a_hypernetwork_gives_networks(capsys, folder):
     np.testing.assert_array_equal(nacre.load("x.h5").eval(wi, wo), found)
 
 
+@pytest.mark.slow
 def test_an_autoencoder_gives_networks_with_or_without_its_encoder(capsys, folder):
     pytest.importorskip("torch", reason="needs the extra 'latent'")
     names = [f"made{index}.json" for index in range(len(MATERIALS))]

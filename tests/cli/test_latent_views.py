@@ -12,6 +12,7 @@ from PIL import Image
 import nacre
 from nacre.latent.file import load_code, save_basis
 from nacre.latent.map import embed, nearest
+from nacre.measured import merl
 from tests.cli.support import run, run_json
 from tests.latent.made import random_basis
 from tests.reflectances import Glossy
@@ -21,12 +22,12 @@ pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """A folder with a basis and six materials."""
+    """A folder with a basis and six materials, tables of few nodes."""
     folder = tmp_path_factory.mktemp("views")
     save_basis(random_basis(), folder / "basis.safetensors")
     for index in range(6):
         brdf = Glossy(0.1 + 0.1 * index, 0.05, 0.2 + 0.1 * index)
-        nacre.save(brdf, folder / f"m{index}.npz")
+        nacre.save(merl.tabulate(brdf, merl.Resolution(30, 15, 15)), folder / f"m{index}.npz")
     return folder
 
 
@@ -52,6 +53,7 @@ def test_what_lies_between_is_rendered_and_kept(here, capsys):
         np.testing.assert_allclose(again, codes[k], atol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_material_moves_along_named_directions(here, capsys):
     options = ["--basis", "basis.safetensors", "--count", 3, "--size", 16, "--spp", 1]
     along = ["--along", "darker", "--along", "more-saturated"]

@@ -82,6 +82,7 @@ def test_analytic_models_and_files_beside_folders(folder, capsys):
     }
 
 
+@pytest.mark.slow
 def test_a_local_cluster_is_started_and_its_dashboard_told(folder, capsys):
     pytest.importorskip("distributed", reason="needs the extra 'cluster'")
     assert run("fit", "in", "-o", "here", *QUICK) == 0
@@ -135,6 +136,7 @@ def test_wrong_usage_says_so_and_makes_nothing(folder, capsys, arguments, words)
     assert sorted(folder.rglob("*")) == before
 
 
+@pytest.mark.slow
 def test_a_killed_run_is_taken_up_where_it_stopped(folder):
     for name in ("c", "d", "e"):
         table(folder / f"in/{name}.binary")

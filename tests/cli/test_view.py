@@ -26,6 +26,7 @@ from nacre.textures.height_file import write_heights
 from nacre.textures.latent_file import save_latent_map
 from tests.cli.support import assert_refused, run, run_json
 from tests.export import made_texture
+from tests.tiers import tiered
 from tests.variants import require_mitsuba
 
 GGX = Ggx(name="Gray", diffuse=(0.2, 0.1, 0.05), specular=(0.04, 0.04, 0.04), roughness=0.3)
@@ -129,7 +130,10 @@ def test_files_of_others_are_kept(folder: Path, capsys: Any) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals")
-@pytest.mark.parametrize(("stop", "code"), [(signal.SIGINT, 0), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(
+    ("stop", "code"),
+    tiered([(signal.SIGINT, 0), (signal.SIGTERM, 143)], [(signal.SIGINT, 0)]),
+)
 def test_a_page_is_served_until_it_is_stopped(
     folder: Path, stop: signal.Signals, code: int
 ) -> None:

@@ -111,6 +111,7 @@ print(sum(dispatcher.stats.cache_hits.values()))
 """
 
 
+@pytest.mark.slow
 def test_processes_that_compile_at_once_do_not_mix_up_their_files(tmp_path):
     script = tmp_path / "process.py"
     script.write_text(PROCESS)

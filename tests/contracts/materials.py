@@ -153,6 +153,19 @@ MATERIALS: dict[str, Callable[[], Brdf]] = {
 """By name; a maker skips the calling test where its file or library is absent."""
 
 
+_LIKE_OTHERS = {
+    *("isotropic network of enhanced inputs", "anisotropic physical network"),
+    *("network of stereographic inputs", "code of a hypernetwork", "isotropic RGL table"),
+    *("UTIA table of a network", "RGL table of a network", "anisotropic tensor trees"),
+    *("isotropic scattered samples", "chrome.h5", "specular-black-phenolic.h5"),
+    *(name for name in EXAMPLES if name.endswith("anisotropic") or name.startswith("disney")),
+    *list_data("rgl", "*.bsdf")[1:],
+    *list_data("cornell", "*.brdf")[1:],
+}
+FEW = [name for name in MATERIALS if name not in _LIKE_OTHERS]
+"""One of each kind, for the first tier of tests."""
+
+
 @functools.cache
 def made(name: str) -> Brdf:
     """One of :data:`MATERIALS`, the same object each time."""

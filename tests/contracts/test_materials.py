@@ -18,12 +18,13 @@ from nacre.render import bsdf
 from nacre.sampling import UniformSampler, check_isotropic
 from tests.contracts.classes import concrete
 from tests.contracts.directions import awkward_pairs, extreme_directions, pairs, views
-from tests.contracts.materials import MATERIALS, made
+from tests.contracts.materials import FEW, MATERIALS, made
 from tests.measured.support import relative_error
+from tests.tiers import tiered
 from tests.variants import require_mitsuba
 
 
-@pytest.fixture(scope="module", params=MATERIALS)
+@pytest.fixture(scope="module", params=tiered(MATERIALS, FEW))
 def brdf(request: pytest.FixtureRequest) -> Brdf:
     return made(request.param)
 

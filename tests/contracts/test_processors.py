@@ -12,6 +12,7 @@ from tests.contracts.materials import made
 from tests.contracts.processors import PROCESSORS, run
 from tests.contracts.samplers import SAMPLERS
 from tests.measured.support import relative_error
+from tests.tiers import tiered
 
 NAMES = (
     *("anisotropic network of enhanced inputs", "anisotropic physical network"),
@@ -20,10 +21,13 @@ NAMES = (
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 
-@pytest.fixture(scope="module")
-def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    objects = {name: made(name) for name in NAMES}
-    samplers = ("sharpest Blinn-Phong", "two lobes", "tilted", "sharp microfacets")
+@pytest.fixture(scope="module", params=tiered(["few", "all"], ["few"]))
+def source(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    few = request.param == "few"
+    objects = {name: made(name) for name in (("sgd",) if few else NAMES)}
+    samplers = ("two lobes", "tilted", "sharp microfacets", "sharpest Blinn-Phong")
+    if few:
+        samplers = samplers[:1]
     objects |= {name: made("ggx").replaced(sampler=SAMPLERS[name]()) for name in samplers}
     path = tmp_path_factory.mktemp("processors") / "objects.pickle"
     path.write_bytes(pickle.dumps(objects))

@@ -21,6 +21,7 @@ from tests.contracts.classes import concrete
 from tests.contracts.directions import extreme_directions, extreme_numbers, pairs, views
 from tests.contracts.samplers import SAMPLERS
 from tests.measured.support import relative_error
+from tests.tiers import tiered
 from tests.variants import require_mitsuba
 
 COUNT = 30_000
@@ -32,7 +33,7 @@ def sampled(sampler: Sampler) -> Brdf:
     return WHITE.replaced(sampler=sampler)
 
 
-@pytest.fixture(scope="module", params=SAMPLERS)
+@pytest.fixture(scope="module", params=tiered(SAMPLERS, list(SAMPLERS)[::2]))
 def brdf(request: pytest.FixtureRequest) -> Brdf:
     return sampled(SAMPLERS[request.param]())
 

@@ -17,6 +17,7 @@ from tests.export.test_source import HOSTILE
 from tests.oracles.materials import material
 from tests.oracles.pairs import pairs
 from tests.oracles.runners.native import WARNINGS, Gcc, build
+from tests.tiers import tiered
 
 pytestmark = pytest.mark.skipif(not shutil.which("g++"), reason="g++ is not installed")
 
@@ -53,7 +54,11 @@ int main(void) {
 
 
 @pytest.mark.parametrize(
-    "tool", ["gcc -std=c99", "gcc -std=c11", "g++ -std=c++11", "g++ -std=c++17"]
+    "tool",
+    tiered(
+        ["gcc -std=c99", "gcc -std=c11", "g++ -std=c++11", "g++ -std=c++17"],
+        ["gcc -std=c99", "g++ -std=c++17"],
+    ),
 )
 def test_two_materials_in_a_program(tool: str, tmp_path: Path) -> None:
     gloss, ggx = (material(name) for name in ("glossy", "ggx"))
@@ -110,7 +115,7 @@ class Uneven(Brdf):
         return red * red, xp.abs(green), values[3] * blue
 
 
-@pytest.mark.parametrize("count", [1, 15, 16, 200])
+@pytest.mark.parametrize("count", tiered([1, 15, 16, 200], [1, 200]))
 def test_any_number_of_pairs(count: int) -> None:
     brdf, (wi, wo) = Uneven(), pairs(20_000)
     found = Gcc().run(header(brdf, "uneven"), "uneven", "eval", wi[:count], wo[:count])
@@ -126,7 +131,7 @@ void (*const calls_sample)(size_t, const float *, const float *, float *, float 
 """
 
 
-@pytest.mark.parametrize("name", ["anisotropic", "physical", "scan"])
+@pytest.mark.parametrize("name", tiered(["anisotropic", "physical", "scan"], ["anisotropic"]))
 def test_every_loop_over_pairs_is_vectorized(name: str, tmp_path: Path) -> None:
     """Also where processors have no more than the vector instructions that all have."""
     version = subprocess.run(["gcc", "--version"], capture_output=True, text=True, check=True)

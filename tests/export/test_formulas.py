@@ -16,6 +16,7 @@ from tests.export.support import needs, runner
 from tests.oracles.pairs import pairs
 from tests.oracles.runner import reference
 from tests.oracles.runners import slang
+from tests.tiers import tiered
 
 COUNT, STEPS, PAIRS = 20, 14, 300
 
@@ -126,7 +127,11 @@ class Written(Brdf):
 
 
 @pytest.mark.parametrize(
-    ("tool", "count"), [("onnxruntime", 40), ("pytorch", 40), ("opengl", 20), ("c", 2)]
+    ("tool", "count"),
+    tiered(
+        [("onnxruntime", 40), ("pytorch", 40), ("opengl", 20), ("c", 2)],
+        [("opengl", 20), ("c", 2)],
+    ),
 )
 def test_formulas_are_what_other_targets_compute(tool: str, count: int) -> None:
     run = runner(tool)

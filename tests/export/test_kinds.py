@@ -30,6 +30,7 @@ from tests.latent import made
 from tests.oracles.pairs import numbers, pairs
 from tests.oracles.runner import reference, worst_error
 from tests.oracles.runners import slang
+from tests.tiers import tiered
 
 GGX = Ggx(name="x", diffuse=(0.2, 0.1, 0.05), specular=(0.04, 0.04, 0.04), roughness=0.3)
 CODE = np.linspace(-1.0, 1.0, 32)
@@ -132,7 +133,7 @@ SOURCES = [name for name, target in TARGETS.members() if issubclass(target, Sour
 
 
 @pytest.mark.parametrize("name", MEASURED)
-@pytest.mark.parametrize("target", SOURCES)
+@pytest.mark.parametrize("target", tiered(SOURCES, list(SOURCES)[::3]))
 def test_what_is_no_formula_is_refused_in_one_line(target: str, name: str, tmp_path) -> None:
     brdf = MEASURED[name]().replaced(name="felt")
     with pytest.raises(NacreError, match=f"^{target}: felt.*nacre fit") as caught:

@@ -10,10 +10,11 @@ import pytest
 from nacre.array import Floats, Weights
 from nacre.export import TARGETS, identifier
 from tests.export.support import runner
-from tests.oracles.materials import material
+from tests.oracles.materials import MATERIALS, material
 from tests.oracles.pairs import numbers, pairs
 from tests.oracles.runner import FEW, RUNNERS, reference, worst_error
 from tests.oracles.sampling import Reference, density_error, inspect, view
+from tests.tiers import tiered
 
 _PAIRS = 100_000  # of which the last are of special kinds; `tests.oracles.errors` has a million
 
@@ -50,19 +51,25 @@ def drawn() -> list[tuple[str, str, str]]:
     return [one for one in having("sample") if one[2] in few or "web" not in one[0]]
 
 
+def always(case: tuple[str, str, str]) -> bool:
+    """One material for each runner and function; all ways to sample where it takes no time."""
+    tool, _, name = case
+    return name == FEW[0] or name not in MATERIALS or (tool == "c" and name in FEW)
+
+
 @cache
 def views(name: str) -> list[Reference]:
     return [Reference.of(material(name), view(degrees)) for degrees in (0.0, 45.0, 80.0)]
 
 
-@pytest.mark.parametrize(("tool", "function", "name"), having("eval", "pdf"))
+@pytest.mark.parametrize(("tool", "function", "name"), tiered(having("eval", "pdf"), always))
 def test_exports_say_what_numpy_says(tool: str, function: str, name: str) -> None:
     run = runner(tool)
     found = run.run(exported(run.target, name), identifier(name), function, *directions())
     assert worst_error(found, expected(name, function)) <= 1.0
 
 
-@pytest.mark.parametrize(("tool", "function", "name"), drawn())
+@pytest.mark.parametrize(("tool", "function", "name"), tiered(drawn(), always))
 def test_exports_draw_what_numpy_would(tool: str, function: str, name: str) -> None:
     run = runner(tool)
     files = exported(run.target, name), identifier(name)

@@ -20,6 +20,7 @@ from tests.export.test_tensors import outputs
 from tests.oracles.materials import material
 from tests.oracles.pairs import pairs
 from tests.oracles.runner import reference, worst_error
+from tests.tiers import tiered
 
 
 class _Spectral(Brdf):
@@ -44,7 +45,13 @@ def table() -> Brdf:
     return tabulate(material("glossy"), Resolution(6, 6, 6)).replaced(name="tabulated")
 
 
-@pytest.mark.parametrize("target", [name for name, kind in TARGETS.members() if not kind.model])
+@pytest.mark.parametrize(
+    "target",
+    tiered(
+        [name for name, kind in TARGETS.members() if not kind.model],
+        lambda name: name != "mdl",  # which tabulates
+    ),
+)
 @pytest.mark.parametrize(
     ("what", "made", "words"),
     [
@@ -78,7 +85,7 @@ def test_no_target_drops_spectra_or_texels_silently(target):
             TARGETS[target]().files(texture, "x")
 
 
-@pytest.mark.parametrize("target", ["onnx", "pytorch"])
+@pytest.mark.parametrize("target", tiered(["onnx", "pytorch"], ["onnx"]))
 @pytest.mark.parametrize("made", [wide, table])
 def test_what_is_said_to_hold_it_computes_it(target, made):
     wi, wo = pairs(4000)

@@ -20,6 +20,7 @@ from nacre.numerics.mlp import Layer
 from tests.export.support import needs
 from tests.oracles.pairs import pairs
 from tests.oracles.runners import slang
+from tests.tiers import tiered
 
 SIZES = 6, 9, 6, 3
 
@@ -49,7 +50,9 @@ def runner() -> None:
     needs(slang.Slang().missing())
 
 
-@pytest.mark.parametrize("target", ["cuda", "glsl", "hlsl", "metal", "wgsl"])
+@pytest.mark.parametrize(
+    "target", tiered(["cuda", "glsl", "hlsl", "metal", "wgsl"], ["cuda", "metal"])
+)
 @pytest.mark.usefixtures("slangc")
 def test_slangc_compiles_the_functions_without_loops_and_arrays(
     target: str, tmp_path: Path
@@ -61,7 +64,7 @@ def test_slangc_compiles_the_functions_without_loops_and_arrays(
     assert not re.search(r"\b(for|while|loop)\b|\w\[\d+\w*\]", code)
 
 
-@pytest.mark.parametrize("name", ["float", "exp", "texture", "v6"])
+@pytest.mark.parametrize("name", tiered(["float", "exp", "texture", "v6"], ["float"]))
 @pytest.mark.usefixtures("slangc")
 def test_names_of_the_language_are_names_of_materials(name: str, tmp_path: Path) -> None:
     assert identifier(name) == name

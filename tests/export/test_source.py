@@ -23,6 +23,7 @@ from nacre.workflows.places import PLACES
 from tests.analytic.materials import closures
 from tests.cli.support import assert_refused, run, run_json
 from tests.oracles.materials import material
+from tests.tiers import tiered
 
 HOSTILE = (
     '*/ system("rm -rf /") /*',
@@ -80,7 +81,7 @@ def exported(target: str, name: str) -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize("target", TEXTS)
-@pytest.mark.parametrize("text", HOSTILE)
+@pytest.mark.parametrize("text", tiered(HOSTILE, list(HOSTILE)[:2]))
 def test_nothing_of_a_name_is_code(target: str, text: str) -> None:
     """The output differs from that of a harmless name in comments only."""
     hostile, harmless = exported(target, text), exported(target, "harmless")

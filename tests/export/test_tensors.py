@@ -21,6 +21,7 @@ from tests.export.test_source import HOSTILE
 from tests.oracles.materials import material
 from tests.oracles.pairs import pairs
 from tests.oracles.runner import RUNNERS, reference, worst_error
+from tests.tiers import tiered
 
 torch = pytest.importorskip("torch", reason="needs the extra 'torch'")
 
@@ -79,7 +80,7 @@ def directions() -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("target", ["onnx", "pytorch"])
-@pytest.mark.parametrize("name", FORMULAS)
+@pytest.mark.parametrize("name", tiered(FORMULAS, list(FORMULAS)[::4]))
 def test_formulas_and_tables_mean_what_they_mean_in_numpy(target: str, name: str) -> None:
     brdf, (wi, wo) = FORMULAS[name], directions()
     high = (wi[:, 2] > 1e-3) & (wo[:, 2] > 1e-3)  # where float32 resolves tables of angles
@@ -151,7 +152,7 @@ def test_a_module_of_any_name_is_imported(text: str) -> None:
     assert len(list(module(files).parameters())) == 6
 
 
-@pytest.mark.parametrize("text", HOSTILE)
+@pytest.mark.parametrize("text", tiered(HOSTILE, HOSTILE[:2]))
 def test_names_reach_nothing_but_the_description_of_a_model(text: str) -> None:
     graphs = []
     for name in (text, "harmless"):

@@ -30,6 +30,7 @@ from tests.oracles.texture_runner import exported as exported_by
 from tests.oracles.textures import Points, TextureTruth, read_ktx2
 from tests.render.textures.made import picture
 from tests.textures.support import write_image
+from tests.tiers import tiered
 
 COUNT = 3000
 WITH_PARALLAX = [name for name, each in TEXTURE_RUNNERS.items() if "parallax" in each.functions]
@@ -71,7 +72,7 @@ def test_functions_say_what_numpy_says(tool: str) -> None:
     assert worst_error(run.run(*files, "pdf", at)[:, 0], truth().pdf(at)) <= 1.0
 
 
-@pytest.mark.parametrize("tool", TEXTURE_RUNNERS)
+@pytest.mark.parametrize("tool", tiered(TEXTURE_RUNNERS, ["webgl", "onnxruntime", "opengl"]))
 def test_samples_are_those_of_the_lobes_with_their_densities(tool: str) -> None:
     run, at = runner(tool), points(1)
     above = at.wo[:, 2] > 0.01
@@ -86,7 +87,7 @@ def test_samples_are_those_of_the_lobes_with_their_densities(tool: str) -> None:
     assert worst_error(drawn[above, 3], expected[above]) <= 1.0
 
 
-@pytest.mark.parametrize("tool", WITH_PARALLAX)
+@pytest.mark.parametrize("tool", tiered(WITH_PARALLAX, WITH_PARALLAX[-2:]))
 def test_views_meet_the_height_field(tool: str) -> None:
     run, at = runner(tool), points(2)
     found = run.run(exported(run.target), NAME, "parallax", at)
@@ -170,7 +171,7 @@ def test_facts_of_a_file_stay_in_comments() -> None:
         assert b'/* "' not in content
 
 
-@pytest.mark.parametrize("language", [t for t in slang.TARGETS if t != "cpp"])
+@pytest.mark.parametrize("language", tiered([t for t in slang.TARGETS if t != "cpp"], ["wgsl"]))
 def test_slang_modules_become_other_languages(language: str, tmp_path: Path) -> None:
     needs(slang.missing())
     source = {path: body for path, body in exported("slang").items() if path.endswith(".slang")}

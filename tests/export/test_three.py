@@ -14,6 +14,7 @@ from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.export import TARGETS, identifier
 from tests.oracles.runners import browser, three
+from tests.tiers import tiered
 
 SIZE = 96
 CAMERA = {"position": [0, 0, 4], "target": [0, 0, 0], "angle": 35}
@@ -32,7 +33,7 @@ LIGHTS: list[dict[str, Any]] = [
 
 missing = three.missing()
 pytestmark = pytest.mark.skipif(missing is not None, reason=f"{missing} is not installed")
-renderers = pytest.mark.parametrize("renderer", ["webgl", "webgpu"])
+renderers = pytest.mark.parametrize("renderer", tiered(["webgl", "webgpu"], ["webgpu"]))
 
 
 def module(brdf: Brdf) -> bytes:
@@ -103,7 +104,7 @@ def arriving(light: Mapping[str, Any], points: Floats) -> tuple[Floats, Floats]:
     return way, strength * color
 
 
-@pytest.mark.parametrize("renderer", ["webgl", "webgpu", "fallback"])
+@pytest.mark.parametrize("renderer", tiered(["webgl", "webgpu", "fallback"], ["webgl", "fallback"]))
 def test_lights_of_the_scene_are_reflected(renderer: str) -> None:
     mask, points, view = seen()
     expected = np.zeros_like(points)

@@ -17,6 +17,7 @@ from tests.export.support import needs
 from tests.oracles.runners import three as pages
 from tests.oracles.texture_runners.three import plane
 from tests.oracles.textures import Points, TextureTruth
+from tests.tiers import tiered
 
 RENDERERS = "webgl", "webgpu", "fallback"
 LIGHT = np.array([0.48, -0.36, 0.8])
@@ -51,7 +52,7 @@ def seen(size: tuple[int, int], repeat: float, wi: Weights) -> Points:
 
 
 @pytest.mark.parametrize(("size", "repeat"), [((21, 15), 1.0), ((10, 12), 4.0)])
-@pytest.mark.parametrize("renderer", RENDERERS)
+@pytest.mark.parametrize("renderer", tiered(RENDERERS, RENDERERS[-1:]))
 def test_a_plane_has_the_texture_upright_and_filtered(
     renderer: str, size: tuple[int, int], repeat: float
 ) -> None:
@@ -61,7 +62,7 @@ def test_a_plane_has_the_texture_upright_and_filtered(
     np.testing.assert_allclose(found, expected, rtol=5e-4, atol=1e-4)
 
 
-@pytest.mark.parametrize("renderer", RENDERERS)
+@pytest.mark.parametrize("renderer", tiered(RENDERERS, RENDERERS[:1]))
 def test_surroundings_are_seen_in_directions_that_the_lobes_draw(renderer: str) -> None:
     size, samples = (7, 5), 6
     found = plane(module(), NAME, renderer, size, repeat=1.0, environment=0.5, samples=samples)

@@ -11,6 +11,7 @@ import pytest
 from tests.faults.commands import LONG
 from tests.faults.faults import FAULTS, MOUNTED, can_mount
 from tests.faults.trial import OLD, Outcome, Trial
+from tests.tiers import tiered
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are watched in /proc")
 
@@ -18,7 +19,7 @@ TRIED = {"kill": 5, "stop": 1, "full": 1, "source": 1}
 """Faults, and how often."""
 
 
-@pytest.fixture(scope="module", params=["encode", "download"])
+@pytest.fixture(scope="module", params=tiered(["encode", "download"], ["download"]))
 def trial(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Trial]:
@@ -29,7 +30,7 @@ def trial(
         yield made
 
 
-@pytest.mark.parametrize("fault", TRIED)
+@pytest.mark.parametrize("fault", tiered(TRIED, ["full"]))
 def test_outputs_are_whole_and_nothing_is_lost(trial: Trial, fault: str) -> None:
     if fault in MOUNTED and not can_mount():
         pytest.skip("this user may not mount a disk")

@@ -165,6 +165,7 @@ def test_training_brings_decoded_networks_closer(trained):
     assert np.abs(logarithms(f, wi) - logarithms(known.eval(wi, wo), wi)).mean() < 0.2
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_and_another_does_not(trained):
     again = Autoencoder.train(MATERIALS, RECIPE)
     np.testing.assert_array_equal(again.network.weights, trained.network.weights)
@@ -176,6 +177,7 @@ def test_the_same_seed_gives_the_same_and_another_does_not(trained):
     assert not np.array_equal(other.common, trained.common)
 
 
+@pytest.mark.slow
 def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeypatch):
     monkeypatch.setattr(descent, "_SAVE_SECONDS", 0.0)
     state = tmp_path / "state"

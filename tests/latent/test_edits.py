@@ -56,6 +56,7 @@ def test_traits_are_the_parameters_of_the_model():
     assert found.metalness == found.coat - found.base
 
 
+@pytest.mark.slow
 def test_directions_do_what_they_are_called(changes):
     """To materials that they were not found from."""
     sides = {"rougher": (0, 1.0), "glossier coat": (1, 1.0), "darker": (2, -1.0)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from nacre.latent.directions import shared_directions
 from nacre.latent.intervals import interval, reflectance_interval
@@ -29,6 +30,7 @@ def test_one_material_leaves_what_no_code_explains():
     np.testing.assert_array_equal(below, 0.0)
 
 
+@pytest.mark.slow
 def test_intervals_hold_as_often_as_they_say():
     """Materials like those of the training, but for what no code explains; eight samples each."""
     made = random_basis()

@@ -18,6 +18,7 @@ from nacre.measured.rgl_writer import Resolution
 from nacre.measured.tensor_file import read_tensors, write_tensors
 from nacre.sampling.microfacets import NormalGrid, polar_nodes
 from tests.reflectances import Beckmann, Glossy
+from tests.tiers import tiered
 from tests.variants import require_mitsuba
 
 from ..data import list_data, require_data
@@ -61,7 +62,7 @@ MATERIALS = {
 }
 
 
-@pytest.fixture(scope="module", params=MATERIALS)
+@pytest.fixture(scope="module", params=tiered(MATERIALS, ["metal", "anisotropic"]))
 def written(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Brdf, float, float, Path]:
@@ -121,7 +122,7 @@ def test_a_table_samples_what_it_reflects(written: tuple[Brdf, float, float, Pat
     assert weights.std() < 0.5, "samples go where the light comes from"
 
 
-@pytest.mark.parametrize("rough", [(0.05, 0.3), (0.15, 0.5)])
+@pytest.mark.parametrize("rough", [(0.15, 0.5), pytest.param((0.05, 0.3), marks=pytest.mark.slow)])
 def test_a_highlight_without_a_diffuse_part_has_no_halo(rough: tuple[float, float]) -> None:
     metal = Beckmann(0.0, 1.0, *rough)
     table = rgl.tabulate(metal)
@@ -206,7 +207,9 @@ def test_samples_of_a_table_follow_its_density() -> None:
         assert_chi_square(rgl.tabulate(brdf, nodes), [0.3, -0.4])
 
 
-@pytest.mark.parametrize("name", ["chrome.h5", "blue-acrylic.h5", "pink-fabric.h5"])
+@pytest.mark.parametrize(
+    "name", tiered(["chrome.h5", "blue-acrylic.h5", "pink-fabric.h5"], ["chrome.h5"])
+)
 def test_a_sphere_of_a_table_looks_like_its_source(name: str) -> None:
     network = nacre.load(require_data("pretrained", "merl", name))
     comparison = nacre.metrics.compare(network, rgl.tabulate(network), size=48, directions=64)
@@ -214,7 +217,10 @@ def test_a_sphere_of_a_table_looks_like_its_source(name: str) -> None:
         assert light.errors.psnr > 45.0
 
 
-@pytest.mark.parametrize("name", ["chrome.h5", "pink-fabric.h5", "specular-black-phenolic.h5"])
+@pytest.mark.parametrize(
+    "name",
+    tiered(["chrome.h5", "pink-fabric.h5", "specular-black-phenolic.h5"], ["pink-fabric.h5"]),
+)
 def test_a_published_network_becomes_a_table(name: str, tmp_path: Path) -> None:
     network = nacre.load(require_data("pretrained", "merl", name))
     nacre.save(network, tmp_path / "x.bsdf")
@@ -237,7 +243,10 @@ def test_unknown_samples_of_a_merl_table_stay_unknown(tmp_path: Path) -> None:
     assert table.valid(wi, wo)[angle > math.radians(70)].mean() < 0.2
 
 
-@pytest.mark.parametrize(("end", "reduction"), [(-0.5 * np.pi, 4), (0.0, 2), (np.pi, 1)])
+@pytest.mark.parametrize(
+    ("end", "reduction"),
+    tiered([(-0.5 * np.pi, 4), (0.0, 2), (np.pi, 1)], [(-0.5 * np.pi, 4)]),
+)
 def test_tables_of_every_symmetry_are_tabulated_anew(
     tmp_path: Path, end: float, reduction: int
 ) -> None:

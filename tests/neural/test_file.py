@@ -22,7 +22,9 @@ from nacre.sampling import BlinnPhongMixture, UniformSampler
 from tests.data import list_data, require_data
 from tests.sampling.mixtures import MIXTURES
 from tests.specimens.networks import keras_bytes
+from tests.tiers import tiered
 
+CHROME = ("merl", "chrome.h5")
 PUBLISHED = [
     (folder, name)
     for folder in ("merl", "rgl", "nielsen")
@@ -159,7 +161,9 @@ def plain_forward(path, wi, wo):
     return x
 
 
-@pytest.mark.parametrize(("folder", "name"), PUBLISHED or [("merl", "chrome.h5")])
+@pytest.mark.parametrize(
+    ("folder", "name"), tiered(PUBLISHED or [CHROME], [CHROME, *PUBLISHED[::12]])
+)
 def test_a_published_network_evaluates_like_a_plain_forward_pass(folder, name):
     path = require_data("pretrained", folder, name)
     wi, wo = directions(2000)

@@ -194,6 +194,7 @@ def test_what_is_read_is_red_green_and_blue(mi, tmp_path):
         work.read_photographs([])
 
 
+@pytest.mark.slow
 def test_an_estimate_that_was_stopped_ends_as_one_that_was_not(mi, tmp_path, monkeypatch):
     monkeypatch.setattr(work, "ROUNDS", 2)
     setting = work.scene_setting(scene(tmp_path, SENSOR, LIGHT, PAINT, BALL), "paint")

@@ -18,6 +18,7 @@ from nacre.measured import RglBrdf, rgl
 from nacre.measured.rgl_writer import ISOTROPIC, Resolution
 from tests.measured.support import hemisphere, relative_error
 from tests.reflectances import Glossy, Rotated
+from tests.tiers import tiered
 
 from .chi_square import chi_square
 from .reflectances import interaction
@@ -44,7 +45,7 @@ SOURCES: dict[str, tuple[Brdf, int, Resolution]] = {
 """What is written, its symmetry, and how finely."""
 
 
-@pytest.fixture(scope="module", params=SOURCES)
+@pytest.fixture(scope="module", params=tiered(SOURCES, list(SOURCES)[::2]))
 def written(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("written") / f"{request.param}.bsdf"
     brdf, _, resolution = SOURCES[request.param]
@@ -58,7 +59,7 @@ def both(mi: Any, path: Path) -> tuple[Any, Any]:
     return theirs, nacre.render.bsdf(nacre.load(path))
 
 
-@pytest.mark.parametrize("degrees", [30.0, 75.0])
+@pytest.mark.parametrize("degrees", tiered([30.0, 75.0], [75.0]))
 def test01_samples_follow_the_density(rgb: Any, written: Path, degrees: float) -> None:
     for bsdf in both(rgb, written):
         test = chi_square(rgb, bsdf, degrees, steps=16)

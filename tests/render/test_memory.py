@@ -11,6 +11,7 @@ import pytest
 from nacre.io.memory import available_memory
 from nacre.render import llvm
 from nacre.render.engine import DEFAULT_VARIANT, VARIABLE
+from tests.tiers import tiered
 
 resource = pytest.importorskip("resource", reason="needs limits of a process")
 pytest.importorskip("mitsuba", reason="needs the extra 'render'")
@@ -50,7 +51,7 @@ def used() -> int:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs address space limits that hold")
-@pytest.mark.parametrize("left", [40, 90, 200, 400])
+@pytest.mark.parametrize("left", tiered([40, 90, 200, 400], [200]))
 def test_too_little_to_load_mitsuba_is_told(left: int) -> None:
     found = limited(used() + left, "nacre.render.mitsuba()")
     assert found == "NacreError not enough memory to load mitsuba: raise ulimit -v\n"

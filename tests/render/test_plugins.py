@@ -23,6 +23,7 @@ from nacre.numerics.mlp import Layer
 from nacre.render.network import first_in_buffer
 from tests.data import require_data
 from tests.sampling.mixtures import MIXTURES
+from tests.tiers import tiered
 from tests.variants import by_precision
 
 from .reflectances import (
@@ -42,7 +43,7 @@ from .textures.made import FlatCodec, latent
 Pairs = tuple[np.ndarray, np.ndarray]
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", tiered(NAMES, NAMES[::3]))
 def test01_eval_and_pdf_are_those_of_the_reflectance(
     rgb: Any, directions: Pairs, name: str
 ) -> None:
@@ -61,7 +62,7 @@ def test01_eval_and_pdf_are_those_of_the_reflectance(
     assert not np.array(density)[dark].any()
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", tiered(NAMES, NAMES[::3]))
 def test02_weight_is_eval_over_pdf(rgb: Any, directions: Pairs, name: str) -> None:
     bsdf, context = nacre.render.bsdf(reflectance(name)), rgb.BSDFContext()
     si = interaction(rgb, directions[1])
@@ -166,7 +167,7 @@ def test10_scenes_in_xml_find_files_beside_them(rgb: Any, tmp_path: Path, plugin
     np.testing.assert_allclose(found, 0.8 * brdf.eval(wi, wo), rtol=1e-4)
 
 
-@pytest.mark.parametrize("integrator", ["path", "prb"])
+@pytest.mark.parametrize("integrator", tiered(["path", "prb"], ["prb"]))
 def test11_gradients_are_finite_differences(rgb: Any, integrator: str) -> None:
     import drjit as dr
 

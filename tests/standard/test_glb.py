@@ -125,6 +125,7 @@ def test_layers_that_are_off_are_not_written(tmp_path: Path) -> None:
     np.testing.assert_allclose(back.eval(wi, wi[::-1]), brdf.eval(wi, wi[::-1]), rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_any_reflectance_is_fitted(tmp_path: Path) -> None:
     gray = MODELS["lambert"](name="gray", diffuse=(0.5, 0.5, 0.5))
     save(gray, tmp_path / "gray.glb")

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-_SECONDS = 120.0
+_SECONDS = 180.0
+"""How long a page may take for anything: software draws it, beside other work."""
 _ENCODED = """window.encoded = ({ buffer }) => {
   const bytes = new Uint8Array(buffer);
   let text = "";
@@ -15,6 +17,27 @@ _ENCODED = """window.encoded = ({ buffer }) => {
     text += String.fromCharCode(...bytes.subarray(k, k + 8192));
   return btoa(text);
 };"""
+
+
+def patient(context: Any) -> Any:
+    """A context of the browser whose pages may take as long as `until` waits."""
+    context.set_default_timeout(1e3 * _SECONDS)
+    return context
+
+
+def until(page: Any, frame: Any, condition: str, said: Sequence[str] = ()) -> None:
+    """Wait until an expression is true in a frame; pages' policies forbid Playwright's own waiting.
+
+    Raises
+    ------
+    TimeoutError
+        With the condition and what was said until then.
+    """
+    began = time.monotonic()
+    while not frame.evaluate(f"Boolean({condition})"):
+        if time.monotonic() - began > _SECONDS:
+            raise TimeoutError(f"{condition}; logged: {said}")
+        page.wait_for_timeout(20)
 
 
 class Tab:
@@ -38,8 +61,9 @@ class Tab:
         self, browser: Any, folder: Path, size: tuple[int, int] = (1280, 860), **settings: Any
     ) -> None:
         self._folder = folder
-        self._context = browser.new_context(
-            viewport={"width": size[0], "height": size[1]}, accept_downloads=True, **settings
+        viewport = {"width": size[0], "height": size[1]}
+        self._context = patient(
+            browser.new_context(viewport=viewport, accept_downloads=True, **settings)
         )
         self.page = self._context.new_page()
         self.page.add_init_script(_ENCODED)
@@ -72,12 +96,8 @@ class Tab:
         assert not self.page.evaluate(f"{said}.textContent")
 
     def wait(self, condition: str) -> None:
-        """Until an expression is true; the page's policy forbids Playwright's own waiting."""
-        began = time.monotonic()
-        while not self.page.evaluate(f"Boolean({condition})"):
-            if time.monotonic() - began > _SECONDS:
-                raise TimeoutError(f"{condition}; logged: {self.errors}")
-            self.page.wait_for_timeout(20)
+        """Until an expression is true in the page."""
+        until(self.page, self.page, condition, self.errors)
 
     def keep(self, name: str) -> None:
         """A screenshot among the artefacts of the run, if `NACRE_SCREENSHOTS` names a folder."""

@@ -24,6 +24,7 @@ from tests.analytic.materials import EXAMPLES
 from tests.export.test_kinds import network
 from tests.measured.support import material, tensor_bytes
 from tests.specimens.tables import mbsdf_file
+from tests.tiers import tiered
 from tests.viewer.tab import Tab
 from tests.viewer.test_tables import merl_file
 
@@ -106,6 +107,7 @@ def test_numbers_of_networks_and_formulas(compare: Tab) -> None:
     check_numbers(compare, SMOOTH, STANDARD, 5e-5)
 
 
+@pytest.mark.slow
 def test_numbers_of_tables(tab: Tab, tmp_path: Path) -> None:
     files = {
         "gaps.binary": merl_file("<f4"),
@@ -182,7 +184,7 @@ def test_a_material_equals_itself(compare: Tab) -> None:
     assert all(row[-1] == "0.000" for row in cells[6:])
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", tiered(["light", "dark"], ["light"]))
 def test_narrow_windows(chromium: Any, tmp_path: Path, scheme: str) -> None:
     with Tab(chromium, tmp_path, (360, 740), color_scheme=scheme) as tab:
         opened(tab, content())

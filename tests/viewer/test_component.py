@@ -6,7 +6,6 @@ import base64
 import io
 import itertools
 import threading
-import time
 from collections.abc import Iterator
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -25,6 +24,7 @@ from nacre.render.sphere import render_sphere
 from nacre.sampling import GgxLobe, GgxMixture
 from nacre.viewer.component import component
 from tests.export.support import needs
+from tests.viewer.tab import patient, until
 from tests.viewer.test_page import AXE
 from tests.viewer.test_programs import mixture, network
 
@@ -49,11 +49,8 @@ class Host:
         self.page.goto(self._address)
 
     def wait(self, condition: str) -> None:
-        began = time.monotonic()
-        while not self.page.evaluate(f"Boolean({condition})"):
-            assert self._thrown == []
-            assert time.monotonic() - began < 60.0, condition
-            self.page.wait_for_timeout(20)
+        until(self.page, self.page, condition, self._thrown)
+        assert self._thrown == []
 
     def picture(self, element: str = FIRST) -> np.ndarray:
         """Pixels of an element once it has converged, RGBA in [0, 1]."""
@@ -110,7 +107,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def host(chromium: Any, folder: Path) -> Iterator[Host]:
     server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(folder)))
     threading.Thread(target=server.serve_forever, daemon=True).start()
-    context = chromium.new_context(viewport={"width": 640, "height": 480})
+    context = patient(chromium.new_context(viewport={"width": 640, "height": 480}))
     yield Host(context.new_page(), f"http://127.0.0.1:{server.server_port}/", folder)
     context.close()
     server.shutdown()
@@ -208,6 +205,7 @@ def test_axe_finds_nothing(host: Host):
         '<nacre-view src="usual%201.safetensors"></nacre-view>'
         '<nacre-view shape="cube"></nacre-view>'
     )
+    host.page.evaluate(f"{FIRST}.style.width = '96px'")
     host.picture()
     host.page.evaluate(f"() => {{ {AXE.read_text('utf-8')} }}")
     found = host.page.evaluate("() => axe.run()")

@@ -134,17 +134,16 @@ def silhouette(tab: Tab, elevation: float) -> np.ndarray:
     """Where the gray surface is seen from an elevation above its plane, bool (EDGE, EDGE)."""
     from PIL import Image
 
-    tab.page.evaluate(
+    png = tab.page.evaluate(
         """(elevation) => {
             const { page } = window;
             const [c, s] = [Math.cos(elevation - 0.5), Math.sin(elevation - 0.5)];
             page.scene({ turn: [1, 0, 0, 0, c, s, 0, -s, c] });
             page.mode.draw();
+            return document.getElementById("picture").toDataURL();
         }""",
         elevation,
     )
-    tab.page.wait_for_timeout(50)
-    png = tab.page.evaluate("document.getElementById('picture').toDataURL()")
     picture = Image.open(io.BytesIO(base64.b64decode(png.split(",")[1]))).convert("RGB")
     pixels = np.asarray(picture, np.int32)
     return (np.ptp(pixels, axis=2) < 24) & (pixels.min(axis=2) > 60)

@@ -20,7 +20,7 @@ from nacre.render.lights import DirectionalLight
 from nacre.render.sphere import render_sphere
 from nacre.viewer.notebook import live
 from nacre.viewer.widget import content_of, module
-from tests.viewer.tab import Tab
+from tests.viewer.tab import Tab, until
 from tests.viewer.test_component import decoded, usual
 
 GLOSSY = Ggx(
@@ -55,14 +55,6 @@ def tags(markup: str) -> list[str]:
     return found
 
 
-def wait_for(tab: Tab, frame: Any, condition: str) -> None:
-    for _ in range(3000):
-        if frame.evaluate(f"Boolean({condition})"):
-            return
-        tab.page.wait_for_timeout(20)
-    raise TimeoutError(condition)
-
-
 @pytest.mark.parametrize("material", [usual(1), GLOSSY], ids=["network", "formula"])
 def test_a_cell_shows_a_live_sphere_over_a_still_one(tab: Tab, tmp_path: Path, material: Brdf):
     cell = material._repr_html_()
@@ -76,7 +68,7 @@ def test_a_cell_shows_a_live_sphere_over_a_still_one(tab: Tab, tmp_path: Path, m
     tab.page.locator("iframe").scroll_into_view_if_needed()
     frame = tab.page.frames[1]
     view = "document.getElementById('view')?.view"
-    wait_for(tab, frame, f"{view}?.drawn > 6")
+    until(tab.page, frame, f"{view}?.drawn > 6", tab.errors)
     assert frame.evaluate(f"{view}.trouble.hidden")
     found = decoded(frame.evaluate(f"{view}.canvas.toDataURL()"))
     assert found[120, 120, 3] == 1.0

@@ -22,6 +22,7 @@ from nacre.viewer.environments import MAP_SIZE
 from tests.analytic.materials import EXAMPLES
 from tests.oracles.pictures import rendered as rendered_by_mitsuba
 from tests.oracles.runners import browser
+from tests.tiers import tiered
 from tests.variants import require_mitsuba
 from tests.viewer.tab import Tab
 
@@ -111,7 +112,10 @@ def integrated(brdf: Brdf, lighting: Environment, frame: Floats) -> Floats:
 
 @pytest.mark.parametrize(
     ("light", "name"),
-    [*(("studio", name) for name in MATERIALS), *(("furnace", n) for n in ("ggx", "network"))],
+    tiered(
+        [*(("studio", name) for name in MATERIALS), *(("furnace", n) for n in ("ggx", "network"))],
+        [("studio", "network"), ("furnace", "ggx")],
+    ),
 )
 def test_patches_agree_with_integration(tab: Tab, name: str, light: str) -> None:
     sums, normals, tangents, _ = rendered(tab, MATERIALS.index(name), LIGHTS.index(light))
@@ -129,7 +133,7 @@ def test_patches_agree_with_integration(tab: Tab, name: str, light: str) -> None
     assert (np.abs(difference.mean(axis=0)) < 4.5 * error + 1e-4 * np.mean(wanted, axis=0)).all()
 
 
-@pytest.mark.parametrize("name", MATERIALS)
+@pytest.mark.parametrize("name", tiered(MATERIALS, ["openpbr", "closures", "network"]))
 def test_a_lamp_gives_what_the_formula_says(tab: Tab, name: str) -> None:
     lamp, irradiance = np.array([0.7, -0.4, 2.0]), [1.0, 2.0, 3.0]
     change = {"lamp": [*lamp, 1], "irradiance": irradiance, "surroundings": 0}
@@ -160,7 +164,7 @@ def test_the_sphere_is_round(tab: Tab) -> None:
     assert np.abs(points[inside][:, :3] - exact).max() < 1e-5
 
 
-@pytest.mark.parametrize("name", ["openpbr", "smooth network"])
+@pytest.mark.parametrize("name", tiered(["openpbr", "smooth network"], ["smooth network"]))
 def test_pixels_are_those_of_mitsuba(tab: Tab, name: str) -> None:
     mi = require_mitsuba()
     size = 64

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import pytest
 
 from nacre.viewer.server import PageServer
+from tests.tiers import tiered
 
 
 @pytest.fixture
@@ -43,7 +44,11 @@ def test_the_page_is_served_at_both_names(server: PageServer) -> None:
 
 
 @pytest.mark.parametrize(
-    "path", ["/../etc/passwd", "/..%2f..%2fetc/passwd", "//etc/passwd", "/page.html", "/?a", "*"]
+    "path",
+    tiered(
+        ["/../etc/passwd", "/..%2f..%2fetc/passwd", "//etc/passwd", "/page.html", "/?a", "*"],
+        ["/../etc/passwd", "/page.html"],
+    ),
 )
 def test_nothing_else_is_served(server: PageServer, path: str) -> None:
     status, body = ask(server, path)
@@ -51,12 +56,15 @@ def test_nothing_else_is_served(server: PageServer, path: str) -> None:
     assert b"root:" not in body
 
 
-@pytest.mark.parametrize("host", ["evil.example", "evil.example:80", "127.0.0.1", "localhost", ""])
+@pytest.mark.parametrize(
+    "host",
+    tiered(["evil.example", "evil.example:80", "127.0.0.1", "localhost", ""], ["evil.example"]),
+)
 def test_foreign_hosts_are_refused(server: PageServer, host: str) -> None:
     assert ask(server, host=host)[0] == 403
 
 
-@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "OPTIONS"])
+@pytest.mark.parametrize("method", tiered(["POST", "PUT", "DELETE", "OPTIONS"], ["POST"]))
 def test_other_methods_are_refused(server: PageServer, method: str) -> None:
     assert ask(server, method=method)[0] == 501
 

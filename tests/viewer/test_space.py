@@ -38,7 +38,7 @@ def materials() -> list[Entry]:
         Entry(f"made {k}", {"Network": decoded(basis, code, f"made {k}")})
         for k, code in enumerate(examples)
     ]
-    return [found[0], Entry("brushed", {"Formula": BRUSHED}), *found[1:]]
+    return [found[0], Entry("brushed", {"Formula": BRUSHED, "Plain": PLAIN}), *found[1:]]
 
 
 @pytest.fixture(scope="module")
@@ -206,6 +206,25 @@ def test_a_click_on_a_sphere_chooses_it_and_a_drag_moves_between(space):
     page.mouse.up()
     np.testing.assert_allclose(page.evaluate("window.page.mode.place"), [0.5, 0.25], atol=0.01)
     space.keep("space")
+
+
+def test_the_map_stays_under_the_pointer(space):
+    page, chart = space.page, space.page.locator(".map")
+    page.click("#tab-space")
+    page.locator(".material").nth(1).click()
+    assert page.locator("#forms button").count() == 2  # which no place of the map has
+    box, names = chart.bounding_box(), set()
+    page.mouse.move(box["x"] + 3, box["y"] + 3)
+    page.mouse.down()
+    for part in (0.3, 0.6, 0.9):
+        page.mouse.move(box["x"] + part * box["width"], box["y"] + 0.25 * box["height"])
+        space.wait("!window.page.mode.old")  # decoded, and said by name
+        names.add(page.locator("#name").inner_text())
+        assert chart.bounding_box() == box
+        place = page.evaluate("window.page.mode.place")
+        np.testing.assert_allclose(place, [part, 0.25], atol=0.01)
+    page.mouse.up()
+    assert len(names) == 3
 
 
 def test_a_page_of_few_materials_has_no_map(tab):

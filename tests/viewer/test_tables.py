@@ -22,6 +22,7 @@ from nacre.viewer.tables import SAMPLER, halves
 from tests.data import require_data
 from tests.measured.support import hemisphere, material, tensor_bytes
 from tests.specimens.tables import mbsdf_file
+from tests.tiers import tiered
 from tests.viewer.tab import Tab
 from tests.viewer.test_pictures import environment, integrated, rendered
 
@@ -53,6 +54,8 @@ FILES: dict[str, bytes] = {
 }
 MEASURED = ("rgl", "cg_sunflower_rgb.bsdf"), ("mbsdf", "carpaint_blue.mbsdf")
 NEAREST = "nearest"
+FEW = "merl-f4.binary", "color.mbsdf", "isotropic.bsdf", "half-turn.bsdf"
+"""Of the files, for the first tier."""
 
 WITHOUT_PICTURES = """() => {
   const { page } = window;
@@ -127,7 +130,10 @@ def values(tab: Tab, index: int) -> Floats:
     return np.reshape(tab.page.evaluate(VALUES, [index, wi, wo]), (-1, 4))
 
 
-@pytest.mark.parametrize("name", [*FILES, *(name for _, name in MEASURED), NEAREST])
+@pytest.mark.parametrize(
+    "name",
+    tiered([*FILES, *(name for _, name in MEASURED), NEAREST], {*FEW, MEASURED[0][1], NEAREST}),
+)
 def test_values_are_those_of_nacre(tab: Tab, folder: Path, name: str) -> None:
     names = tab.page.evaluate("window.page.materials.list.map((each) => each.name)")
     brdf = load_merl(folder / "merl-f8.binary", NEAREST) if name == NEAREST else table(folder, name)
@@ -141,7 +147,9 @@ def test_values_are_those_of_nacre(tab: Tab, folder: Path, name: str) -> None:
     np.testing.assert_allclose(found[:, 3], density, rtol=2e-3, atol=1e-5)
 
 
-@pytest.mark.parametrize("name", [*FILES, *(name for _, name in MEASURED)])
+@pytest.mark.parametrize(
+    "name", tiered([*FILES, *(name for _, name in MEASURED)], {*FEW, MEASURED[0][1]})
+)
 def test_a_file_gives_the_table_that_is_packed_of_it(tab: Tab, name: str) -> None:
     at = [*FILES, *(name for _, name in MEASURED)].index(name)
     first, second = (tab.page.evaluate(GRIDS, k) for k in (at, at + len(FILES) + 3))

@@ -234,6 +234,7 @@ def test_what_no_page_holds_is_refused() -> None:
 
 def test_the_mode_by_mouse_and_keys(tab: Tab) -> None:
     tab.open(content())
+    tab.page.evaluate("window.page.renderer.resize(96, 96)")  # software draws it
     page, status = tab.page, "document.getElementById('status').textContent"
     page.get_by_role("tab", name="Textures").click()
     tab.wait(f"{status}.endsWith('a second')")
@@ -262,6 +263,8 @@ def test_a_page_of_textures_alone(chromium: Any, tmp_path: Path) -> None:
     size = 360, 740
     with Tab(chromium, tmp_path, size, reduced_motion="reduce", color_scheme="dark") as tab:
         tab.page.goto((tmp_path / "page.html").as_uri())
+        tab.wait("window.page")
+        tab.page.evaluate("window.page.renderer.resize(96, 96)")
         tab.wait("document.getElementById('status').textContent === 'converged'")
         assert tab.page.evaluate("document.documentElement.scrollWidth") <= size[0]
         tab.keep("textures-360-dark")

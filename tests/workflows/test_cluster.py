@@ -27,6 +27,7 @@ from nacre.workflows import (
 )
 from nacre.workflows import run as module
 from nacre.workflows.worker import Setup, Task, work
+from tests.tiers import tiered
 from tests.workflows.processes import ALLOWED_FAILURES, Scheduler, scheduler
 from tests.workflows.support import QUICK, RECIPE, contents, eventually, lines, sources, table
 
@@ -113,6 +114,7 @@ def aside(function) -> threading.Thread:
     return thread
 
 
+@pytest.mark.slow
 def test_a_killed_worker_costs_nothing(cluster, folder, output, here, tmp_path):
     fitting = Held(folder=tmp_path)
 
@@ -132,7 +134,7 @@ def test_a_killed_worker_costs_nothing(cluster, folder, output, here, tmp_path):
     assert (len(again.unchanged), again.fitted, again.failed) == (6, (), ())
 
 
-@pytest.mark.parametrize("data", ["path", "content"])
+@pytest.mark.parametrize("data", tiered(["path", "content"], ["content"]))
 def test_bad_files_cost_nothing_else(cluster, folder, output, here, data):
     (folder / "bad.binary").write_bytes(b"bad")
     (folder / "empty.binary").touch()
@@ -146,6 +148,7 @@ def test_bad_files_cost_nothing_else(cluster, folder, output, here, data):
     assert not list(cluster.folder.rglob("*.binary"))
 
 
+@pytest.mark.slow
 def test_contents_are_sent_where_a_worker_has_another_file(
     cluster, folder, output, here, monkeypatch
 ):
@@ -168,6 +171,7 @@ def test_contents_are_sent_where_a_worker_has_another_file(
     assert fits(output) == here
 
 
+@pytest.mark.slow
 def test_analytic_models_and_what_a_watcher_hears(cluster, folder, output):
     heard: dict[str, list[str]] = {}
 
@@ -187,6 +191,7 @@ def test_analytic_models_and_what_a_watcher_hears(cluster, folder, output):
     assert all(notes[0] == "reading" and notes[-1] == "None" for notes in heard.values())
 
 
+@pytest.mark.slow
 def test_a_material_that_kills_its_workers_fails(cluster, folder, output):
     executor = Cluster(cluster.address)
     outcome = fit_library([folder / "a.binary"], output, Deadly(), executor=executor)
@@ -196,6 +201,7 @@ def test_a_material_that_kills_its_workers_fails(cluster, folder, output):
     assert len(fit_library([folder], output, QUICK, executor=executor).fitted) == 6
 
 
+@pytest.mark.slow
 def test_an_interrupt_keeps_what_is_done(cluster, folder, output, here, tmp_path):
     fitting = Held(folder=tmp_path)
 
@@ -249,6 +255,7 @@ def test_a_worker_of_other_code_is_refused():
         work(setup, Task("token", "a.binary", "", None))
 
 
+@pytest.mark.slow
 def test_a_cluster_that_is_not_there_or_goes_away(folder, output, tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as server:
         nobody = f"tcp://127.0.0.1:{server.getsockname()[1]}"

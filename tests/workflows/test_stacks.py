@@ -102,6 +102,7 @@ def stacked(monkeypatch):
     return sizes
 
 
+@pytest.mark.slow
 def test_files_train_together_as_those_of_a_folder_do(folder, tmp_path, stacked, capsys):
     options = ["--device", "cpu", "--hidden", "4", "--epochs", "1", "--samples", "1000"]
     files = [folder / f"{name}.binary" for name in ("a", "b", "bad", "c")]

@@ -11,6 +11,7 @@ from nacre.measured.textures.domes import pairs
 from nacre.textures.capture import Mesostructure, capture, gonioreflectometer
 from tests.oracles.mitsuba_capture import diffuse_under_ggx, reference
 from tests.textures.capture.surfaces import CELLS, bumps, directions
+from tests.tiers import tiered
 from tests.variants import require_mitsuba
 
 TEXELS = 8
@@ -45,7 +46,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", tiered(CASES, ["mirror facets"]))
 def test_values_are_those_of_mitsuba(case: str) -> None:
     """Means agree within 1 %; differences of texels are as large as their noise makes them."""
     mi = require_mitsuba()

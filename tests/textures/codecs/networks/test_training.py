@@ -307,6 +307,7 @@ def start(folder: Path, *launcher: str, **settings) -> subprocess.Popen[bytes]:
     )
 
 
+@pytest.mark.slow
 def test_two_processes_train_one_network_and_it_is_that_of_one_process(tmp_path):
     launcher = "-m", "torch.distributed.run", "--standalone", "--nproc-per-node=2"
     assert start(tmp_path, *launcher, steps=5).wait(120) == 0
