@@ -18,20 +18,29 @@ from typing import Any
 
 import numpy as np
 
-from nacre.brdf import Brdf
+from nacre.analytic import labels
+from nacre.brdf import Brdf, Sampler
 from nacre.color import GAMMA
 from nacre.errors import NacreError
 from nacre.latent.autoencoder import Autoencoder
 from nacre.latent.descent import Tensor, descend, free_layer, torch
 from nacre.latent.directions import Floats, isotropic_inputs, sampled
 from nacre.latent.distillation import Distillation
-from nacre.latent.predicted_weights import predicting
-from nacre.latent.recipes import AutoencoderRecipe
-from nacre.latent.weights import COUNT, SHAPES, permuted, sensitivity, tensor_reflectance
+from nacre.latent.predictor_training import with_labels, with_predictors
+from nacre.latent.recipes import AutoencoderRecipe, PredictorRecipe
+from nacre.latent.weights import (
+    COUNT,
+    SHAPES,
+    network_layers,
+    permuted,
+    sensitivity,
+    tensor_reflectance,
+)
 from nacre.neural.inputs import PAPER
-from nacre.neural.nbrdf import OUTPUTS
+from nacre.neural.nbrdf import OUTPUTS, NeuralBrdf
 from nacre.numerics.mlp import SILU, Layer, forward
 from nacre.numerics.pca import Double
+from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress
 
 _DARKEST = 1e-12  # value below which pictures are clamped
@@ -67,7 +76,54 @@ def train_autoencoder(
     orders = [
         permuted(networks[: len(values)], order) for order in itertools.permutations(range(OUTPUTS))
     ]
-    return predicting(autoencoder, np.stack(orders, axis=1), recipe, report)
+    return _predicting(autoencoder, np.stack(orders, axis=1), recipe, report)
+
+
+def _predicting(
+    autoencoder: Autoencoder, orders: Floats, recipe: AutoencoderRecipe, report: Progress
+) -> Autoencoder:
+    """An autoencoder that knows codes of its training materials, and predicts lobes from codes.
+
+    Predictors are trained in two ways, by variance and by labels (see
+    :mod:`nacre.latent.predictor_training`), unless the recipe says that there are none.
+
+    Parameters
+    ----------
+    autoencoder
+        Without predictors.
+    orders
+        Networks of the training materials as the encoder takes them, with their channels in all
+        orders, the material's own first, shape (m, 6, 675). Labels are fitted to these.
+    recipe
+        That of the autoencoder.
+    report
+        Called as it goes on.
+    """
+    codes = autoencoder.codes(orders.reshape(-1, COUNT)).reshape(*orders.shape[:2], -1)
+    known = autoencoder.replaced(examples=codes.astype(np.float32))
+    if not recipe.predictors:
+        return known
+    settings = PredictorRecipe(steps=min(recipe.steps, PredictorRecipe.steps), seed=recipe.seed)
+    found = with_predictors(known, settings, report)
+    return with_labels(found, _labels(orders[:, 0], recipe.seed, report), settings, report)
+
+
+def _labels(networks: Floats, seed: int, report: Progress) -> dict[str, list[Sampler]]:
+    """Lobes of models fitted to networks (m, 675), by family."""
+    found: dict[str, list[Sampler]] = {family: [] for family in labels.MODELS}
+    total = len(found) * len(networks)
+
+    def fitted(pair: tuple[str, Floats]) -> Sampler:
+        family, weights = pair
+        return labels.fitted_lobes(NeuralBrdf(network_layers(weights)), family, seed)
+
+    pairs = [(family, weights) for family in found for weights in networks]
+    for done, ((family, _), lobes) in enumerate(
+        zip(pairs, thread_map(fitted, pairs), strict=True), 1
+    ):
+        found[family].append(lobes)
+        report("models", done, total, family)
+    return found
 
 
 class _Training:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +25,7 @@ from nacre.io.tensors import Tensors
 from nacre.latent.basis import LatentBasis, Vector
 from nacre.latent.neural_basis import NeuralBasis
 from nacre.latent.picture_errors import PictureErrors
+from nacre.latent.posterior import Posterior
 from nacre.latent.prior import Prior
 from nacre.latent.recipes import HypernetworkRecipe
 from nacre.latent.weights import COUNT, SIZES, WeightBasis, named_layers, named_tensors
@@ -33,9 +34,6 @@ from nacre.numerics.channels import CHROMA
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.numerics.mlp import SILU_BY_TANH, Layer, dense
 from nacre.numerics.pca import Double
-
-if TYPE_CHECKING:
-    from nacre.latent.posterior import Posterior
 
 COLUMN = SIZES[-2] + 1  # weights and bias of one output
 HIDDEN_COUNT = COUNT - OUTPUTS * COLUMN  # weights and biases of the hidden layers

@@ -14,10 +14,10 @@ material is one of its code, and no permuted material has to be trained on.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +29,7 @@ from nacre.latent.basis import LARGEST, CodedBrdf, Vector, integer, integers
 from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.picture_errors import PictureErrors
+from nacre.latent.posterior import DARK, LOOSE, Linearized, Posterior, search
 from nacre.latent.predicting import (
     PredictingBasis,
     numbered_layers,
@@ -50,11 +51,9 @@ from nacre.runtime.parallel import one_blas_thread
 from nacre.sampling import fit_lobes
 from nacre.sampling.parametrizations import BEST
 
-if TYPE_CHECKING:
-    from nacre.latent.posterior import Posterior
-
 BRIGHTEST = math.log(1e6)  # bound of ln f_r: whatever a code holds, what it stands for is finite
 PRIOR = 0.05  # what a standard deviation of a value costs, beside the sum of single errors
+MAX_SAMPLES = 2048  # samples that count: of more, a code has nothing to learn
 _STEPS = 15
 _FARTHEST = 100.0  # bound of the values that are found
 
@@ -192,9 +191,40 @@ class NeuralBasis(PredictingBasis):
         return minimize(residuals, jacobian, np.zeros(self.code_dim), _STEPS, _FARTHEST)[0]
 
     def _posterior(self, samples: DirectionSamples, free_scale: bool) -> Posterior:
-        from nacre.latent.posterior import posterior
+        """Of samples only :data:`MAX_SAMPLES` count, the same each time.
 
-        return posterior(self, samples, free_scale=free_scale)
+        ln(f cos theta_i + e) is nearly linear in the code. Noise that samples state adds to what no
+        code explains.
+        """
+        if not len(samples):
+            raise ValueError("a code needs one sample or more")
+        if len(samples) > MAX_SAMPLES:
+            samples = samples[np.random.default_rng(0).permutation(len(samples))[:MAX_SAMPLES]]
+        common, rows = (a.astype(np.float64) for a in self.logarithms(samples.wi, samples.wo))
+        cosine = samples.cosine[:, None].astype(np.float64)
+        target = np.log(np.maximum(samples.rgb, 0.0) * cosine + DARK)
+        noise = 0.0 if samples.sigma is None else samples.sigma[:, None] * cosine
+        if free_scale:
+            rows = np.concatenate([rows, LOOSE * np.ones_like(rows[:1])])
+
+        def linearized(mean: Vector) -> Linearized:
+            scaled = decoded(common, rows, mean) * cosine
+            lit = scaled + DARK
+            return Linearized(
+                target - np.log(lit), rows * (scaled / lit), noise / lit + 0.0 * scaled
+            )
+
+        return self.inferred(linearized, extra=int(free_scale))
+
+    def inferred(self, linearized: Callable[[Vector], Linearized], extra: int = 0) -> Posterior:
+        """What observations say of a code, and of `extra` values beside it.
+
+        Codes are held to be like those of the training materials, whatever the order of their
+        channels; see :func:`nacre.latent.posterior.search`.
+        """
+        known = self.examples.astype(np.float64)
+        centers = [self.permuted(known, p) for p in range(len(CHROMA_PERMUTATIONS))]
+        return search(np.concatenate(centers), linearized, self.code_dim, extra)
 
     def decode(self, code: npt.ArrayLike, name: str = "") -> NeuralBasisBrdf:
         return NeuralBasisBrdf(self, code, name)

@@ -9,13 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nacre.latent.basis import Vector
-from nacre.latent.neural_basis import NeuralBasis, decoded
-from nacre.numerics.channels import PERMUTATIONS
-from nacre.numerics.direction_samples import DirectionSamples
+from nacre.numerics.pca import Double as Vector
 from nacre.runtime.parallel import one_blas_thread
 
-MAX_SAMPLES = 2048  # samples that count: of more, a code has nothing to learn
 UNEXPLAINED = 0.13
 """Standard deviation of ln f_r, at single pairs of directions, that no code explains."""
 DARK = 1e-3
@@ -106,58 +102,6 @@ class Posterior:
         return np.asarray(self.means[parts] + offsets)[:, : self.code_dim]
 
 
-def posterior(
-    basis: NeuralBasis,
-    samples: DirectionSamples,
-    *,
-    free_scale: bool = False,
-) -> Posterior:
-    """What samples of a material, however few, say of its code.
-
-    Before the samples are known, a code is held to be near that of a training material or of one
-    with its channels permuted, or to be anywhere in the normal distribution. ln(f cos theta_i + e)
-    is nearly linear in the code, so samples turn each of these normal distributions into another
-    one, and give how likely it was; the mixture of all is found again where its mean is linearized
-    until that stays. Noise that the samples state adds to what no code explains, and a sample that
-    is far from what the others say hardly counts.
-
-    How wide the parts are was chosen on training materials that bases of others had not seen, so
-    that intervals hold as often as they say.
-
-    Only :data:`MAX_SAMPLES` count, the same each time.
-
-    Parameters
-    ----------
-    samples
-        One or more.
-    free_scale
-        Whether all samples may be wrong by one factor, which is found too. Before they are known,
-        the standard deviation of its logarithm is :data:`LOOSE` at most.
-
-    Raises
-    ------
-    ValueError
-        If there is no sample.
-    """
-    if not len(samples):
-        raise ValueError("a code needs one sample or more")
-    if len(samples) > MAX_SAMPLES:
-        samples = samples[np.random.default_rng(0).permutation(len(samples))[:MAX_SAMPLES]]
-    common, rows = (a.astype(np.float64) for a in basis.logarithms(samples.wi, samples.wo))
-    cosine = samples.cosine[:, None].astype(np.float64)
-    target = np.log(np.maximum(samples.rgb, 0.0) * cosine + DARK)
-    noise = 0.0 if samples.sigma is None else samples.sigma[:, None] * cosine
-    if free_scale:
-        rows = np.concatenate([rows, LOOSE * np.ones_like(rows[:1])])
-
-    def linearized(mean: Vector) -> Linearized:
-        scaled = decoded(common, rows, mean) * cosine
-        lit = scaled + DARK
-        return Linearized(target - np.log(lit), rows * (scaled / lit), noise / lit + 0.0 * scaled)
-
-    return search(basis, linearized, extra=int(free_scale))
-
-
 class Linearized(NamedTuple):
     """Logarithms of n observations in three channels, near some values to be found.
 
@@ -173,24 +117,25 @@ class Linearized(NamedTuple):
 
 
 def search(
-    basis: NeuralBasis, linearized: Callable[[Vector], Linearized], extra: int = 0
+    centers: Vector,
+    linearized: Callable[[Vector], Linearized],
+    code_dim: int,
+    extra: int = 0,
 ) -> Posterior:
-    """What observations say of a code, and of values beside it.
+    """What observations say of a code, and of `extra` values beside it.
 
-    Parameters
-    ----------
-    basis
-        Of the code.
-    linearized
-        Gives the observations near a code and further values, shape (k + extra,).
-    extra
-        How many there are of these; before anything is known, they are normally distributed about
-        0, with a standard deviation of 1 at most.
+    Before they are known, a code is held to be near one of the centers, shape (m, code_dim), or to
+    be anywhere in the normal distribution; further values are normally distributed about 0, with a
+    standard deviation of 1 at most. `linearized` gives the observations near a code and further
+    values, shape (code_dim + extra,): they turn each of these normal distributions into another
+    one, and tell how likely it was. The mixture of all is found again where its mean is linearized
+    until that stays. An observation that disagrees with the others gets little weight.
+
+    How wide the parts are was chosen on training materials that bases of others had not seen, so
+    that intervals hold as often as they say.
     """
-    known = basis.examples.astype(np.float64)
-    centers = np.concatenate([basis.permuted(known, p) for p in range(len(PERMUTATIONS))])
     centers = np.pad(centers, ((0, 0), (0, extra)))
-    mean = np.zeros(basis.code_dim + extra)
+    mean = np.zeros(code_dim + extra)
     with one_blas_thread():
         for step in range(_STEPS):
             missed, slopes, noise = linearized(mean)
@@ -200,7 +145,7 @@ def search(
             deviation = np.sqrt(variance).reshape(-1)
             flat = slopes.reshape(len(mean), -1)
             left = (missed.reshape(-1) + mean @ flat) / deviation
-            found = _mixture(left, flat / deviation, centers, basis.code_dim)
+            found = _mixture(left, flat / deviation, centers, code_dim)
             change = found.mean - mean
             if np.abs(change).max() < _CLOSE:
                 break

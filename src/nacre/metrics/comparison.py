@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Image
 from nacre.brdf import Brdf
 from nacre.latent.estimates import plausible
+from nacre.latent.intervals import FRACTION, interval
 from nacre.metrics.metrics import AngularErrors, ImageErrors, angular_errors, image_errors
-from nacre.metrics.plausible_views import DIRECTIONS as PLAUSIBLE_DIRECTIONS
-from nacre.metrics.plausible_views import PlausibleViews, plausible_views
 from nacre.render.environment import Environment
 from nacre.render.lights import DIRECTIONS, Light
 from nacre.render.sphere import SIZE, render_sphere, standard_lights
 
-Image = npt.NDArray[np.float32]
-
 Row = tuple[str, str, float]
 """Where it was measured ("environment", "directional", "angles", ...), the measure, its value."""
+
+
+_MATERIALS = 32
+"""Plausible materials that are rendered."""
+_PLAUSIBLE_DIRECTIONS = 96
+"""Of light from the environment: fewer than where errors are told, for many pictures."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,23 @@ class LightComparison:
     flip_map: npt.NDArray[np.floating]
     errors: ImageErrors
     source: Light
+
+
+@dataclass(frozen=True)
+class PlausibleViews:
+    """The sphere under one light, of what is plausible.
+
+    Parameters
+    ----------
+    low, high
+        Linear pictures whose pixels are the ends of intervals of 90 %, shape (size, size, 3).
+    inside
+        Fraction of the covered pixels and channels of the reference that lie in the intervals.
+    """
+
+    low: Image
+    high: Image
+    inside: float
 
 
 @dataclass(frozen=True)
@@ -164,6 +185,31 @@ def compare(
     )
 
 
+def plausible_views(
+    truth: Brdf, plausible: Sequence[Brdf], light: Light, size: int, fraction: float = FRACTION
+) -> PlausibleViews:
+    """Intervals of pictures, and how often the reference lies inside.
+
+    Parameters
+    ----------
+    truth
+        The reference.
+    plausible
+        Materials that are as plausible as each other, one or more; :data:`_MATERIALS` count.
+    light
+        See :func:`nacre.render.sphere.standard_lights`.
+    size
+        Pixels along an edge.
+    fraction
+        How often it should.
+    """
+    image, mask = render_sphere(truth, light, size)
+    shown = np.stack([render_sphere(brdf, light, size)[0] for brdf in plausible[:_MATERIALS]])
+    low, high = (end.astype(np.float32) for end in interval(shown, fraction))
+    inside: npt.NDArray[np.bool_] = (image >= low) & (image <= high)
+    return PlausibleViews(low, high, float(inside[mask].mean()))
+
+
 def _plausible(
     truth: Brdf, other: Brdf, environment: Environment | None, size: int
 ) -> PlausibleViews | None:
@@ -171,7 +217,7 @@ def _plausible(
     others = plausible(other)
     if not others:
         return None
-    light = standard_lights(environment, PLAUSIBLE_DIRECTIONS)["environment"]
+    light = standard_lights(environment, _PLAUSIBLE_DIRECTIONS)["environment"]
     return plausible_views(truth, others, light, size)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from nacre.array import Array, Components, namespace
 from nacre.brdf import Sampler
+from nacre.geometry import broadcast_shape
 from nacre.neural.inputs import (
     LARGEST_INPUT,
     PAPER,
@@ -165,9 +166,12 @@ class NeuralBrdf(NetworkBrdf):
     def _eval_followed(self, wi: Array, wo: Array) -> Array:
         if namespace(wi).library != "torch":
             return super()._eval_followed(wi, wo)
-        from nacre.neural.torch_module import constant_module
+        from nacre.neural.torch_layers import constant_layers, evaluated
 
-        return constant_module(self, wi.device)(wi, wo)
+        shape = broadcast_shape(wi=wi, wo=wo)
+        wi, wo = (w.expand(shape).reshape(1, math.prod(shape[:-1]), 3) for w in (wi, wo))
+        layers = constant_layers(self, wi.device)
+        return evaluated(self, layers, wi, wo, self.angle).reshape(shape)
 
     def from_outputs(self, values: Sequence[Array]) -> Components:
         xp = namespace(*values)

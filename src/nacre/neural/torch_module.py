@@ -4,25 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from nacre.array import namespace
-from nacre.brdf import above_horizon
 from nacre.errors import require
-from nacre.geometry import broadcast_shape, join
-from nacre.neural.inputs import network_inputs
+from nacre.geometry import broadcast_shape
 from nacre.neural.nbrdf import NeuralBrdf, check_weights, round_layers
-from nacre.numerics.mlp import Layer, activate
+from nacre.neural.torch_layers import evaluated
+from nacre.numerics.mlp import Layer
 
 torch: Any = require("torch", "torch")
 Tensor: TypeAlias = Any
-
-_LARGEST = 88.0  # bound of outputs: e^x of more is infinite, and its gradient no number
-_CHUNK = 1 << 14  # values of a layer's unit evaluated at a time: layers stay in the cache
-_KEPT = 32  # networks whose weights stay on a device between calls of Brdf.eval
 
 
 class NetworkModule(torch.nn.Module):  # type: ignore[misc]
@@ -107,19 +101,11 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
         wi, wo = (w.expand(shape) for w in (wi, wo))
         if not self.stacked:
             wi, wo = (w.reshape(1, math.prod(shape[:-1]), 3) for w in (wi, wo))
-        needed = [wi.requires_grad, wo.requires_grad]
-        needed += [p.requires_grad for p in self.parameters()]
-        graph = torch.is_grad_enabled() and any(needed)
         stacks = (
-            [(p if self.stacked else p[None]).to(wi.dtype) for p in ps]
-            for ps in (self.weights, self.biases)
+            [p if self.stacked else p[None] for p in ps] for ps in (self.weights, self.biases)
         )
         layers = list(zip(*stacks, strict=True))
-        chunk = max(1, _CHUNK // len(self.networks))
-        if graph or wi.device.type != "cpu" or torch.compiler.is_compiling():
-            chunk = max(1, wi.shape[1])
-        pairs = zip(wi.split(chunk, 1), wo.split(chunk, 1), strict=True)
-        values = torch.cat([self._values(*pair, layers) for pair in pairs], 1)
+        values = evaluated(self.networks[0], layers, wi, wo, self._angle(wi))
         return values if self.stacked else values.reshape(shape)
 
     def _shape(self, wi: Tensor, wo: Tensor) -> tuple[int, ...]:
@@ -132,20 +118,6 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
         if len(whole) > 3 or whole[0] not in (1, count):
             raise ValueError(f"expected shapes that broadcast to ({count}, n, 3), got {shape}")
         return whole
-
-    def _values(self, wi: Tensor, wo: Tensor, layers: Sequence[tuple[Tensor, Tensor]]) -> Tensor:
-        """f_r of shape (materials, n, 3) for directions of shape (materials or 1, n, 3)."""
-        light, view = (w.movedim(-1, 0).contiguous().unbind() for w in (wi, wo))
-        inputs = network_inputs(light, view, self.isotropic, self.inputs, self._angle(wi))
-        rows = [x if isinstance(x, torch.Tensor) else torch.full_like(light[0], x) for x in inputs]
-        # One row a unit: with a row a pair, products of layers this small take half as long again.
-        values = torch.stack(torch.broadcast_tensors(*rows), 1).expand(len(layers[0][0]), -1, -1)
-        *hidden, (weights, biases) = layers
-        for w, b in hidden:
-            values = activate(torch.baddbmm(b[..., None], w.mT, values), self.activation)
-        values = torch.baddbmm(biases[..., None], weights.mT, values).clamp(max=_LARGEST)
-        rgb = self.networks[0].from_outputs(values.unbind(1))
-        return join(above_horizon(rgb, light, view))
 
     def _angle(self, like: Tensor) -> Tensor | float:
         """Azimuth of the axes: of all materials, or where it differs of shape (materials, 1)."""
@@ -200,10 +172,3 @@ def module(brdf: NeuralBrdf | Sequence[NeuralBrdf]) -> NetworkModule:
         one, other = (networks[i].summary() for i in (0, different))
         raise ValueError(f"networks of a stack have one shape: 0 is {one}; {different} is {other}")
     return NetworkModule(networks, stacked=not isinstance(brdf, NeuralBrdf))
-
-
-@lru_cache(maxsize=_KEPT)
-def constant_module(brdf: NeuralBrdf, device: Any) -> NetworkModule:
-    """The module of a network on a device, whose weights take no gradients."""
-    made: NetworkModule = module(brdf).requires_grad_(False).to(device)
-    return made

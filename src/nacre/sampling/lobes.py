@@ -68,12 +68,6 @@ class BlinnPhongMixture(Sampler):
             raise ValueError(f"exponent must lie in [0, {MAX_EXPONENT:g}], got {self.exponent}")
 
     @classmethod
-    def parametrizations(cls) -> Mapping[str, Any]:
-        from nacre.sampling.parametrizations import BlinnPhongParametrization
-
-        return {"blinn-phong": BlinnPhongParametrization()}
-
-    @classmethod
     def from_description(cls, description: Mapping[str, Any]) -> BlinnPhongMixture:
         return cls(float(description["specular"]), float(description["exponent"]))
 

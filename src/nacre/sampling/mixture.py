@@ -111,15 +111,6 @@ class GgxMixture(Sampler):
         return {**super().describe(), "lobes": lobes}
 
     @classmethod
-    def parametrizations(cls) -> Mapping[str, Any]:
-        from nacre.sampling.parametrizations import (
-            MixtureParametrization,
-            SingleLobeParametrization,
-        )
-
-        return {"ggx": SingleLobeParametrization(), "mixture": MixtureParametrization()}
-
-    @classmethod
     def from_description(cls, description: Mapping[str, Any]) -> GgxMixture:
 
         def values(part: Mapping[str, Any], name: str) -> Values:

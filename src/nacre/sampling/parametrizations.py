@@ -165,8 +165,9 @@ def _within(*places: float) -> Floats:
 
 
 PARAMETRIZATIONS: Mapping[str, Parametrization] = {
-    **BlinnPhongMixture.parametrizations(),
-    **GgxMixture.parametrizations(),
+    "blinn-phong": BlinnPhongParametrization(),
+    "ggx": SingleLobeParametrization(),
+    "mixture": MixtureParametrization(),
 }
 """Those that the training of a basis predicts, by name in files."""
 
@@ -181,8 +182,8 @@ def find_parametrization(name: str) -> Parametrization:
     ValueError
         If no known sampler has one of this name.
     """
-    for _, kind in SAMPLERS.members():
-        if name in (known := kind.parametrizations()):
+    for known in (PARAMETRIZATIONS, *(kind.parametrizations() for _, kind in SAMPLERS.members())):
+        if name in known:
             found: Parametrization = known[name]
             return found
     raise ValueError(
