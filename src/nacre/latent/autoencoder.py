@@ -39,29 +39,11 @@ class Autoencoder(WeightBasis, PredictingBasis):
     """Two layers from the 675 weights of a network to a code, and two back.
 
     x / (1 + e^-x) follows the first and the third. Over the networks it was trained on, each with
-    its permutations of the channels, every value of a code has mean 0 and variance 1.
+    its permutations of the channels, every value of a code has mean 0 and variance 1. Lobe
+    predictors are for codes that the encoder gives, as in section 3.3 of the paper.
 
-    Parameters
-    ----------
-    common
-        Weights of the network that all others are fitted from, shape (675,), float32.
-    contract, code, expand, network
-        The layers.
-    seed, epochs
-        Of the fits; see :class:`nacre.latent.distillation.Distillation`.
-    metadata
-        JSON-able facts about the training.
-    examples
-        What the encoder gives for the training materials, with their channels in all orders, shape
-        (m, 6, k), float32; None where that is not kept.
-    predictors
-        Of lobes for importance sampling, by name; may be empty. They are for codes that the encoder
-        gives, as in section 3.3.
-
-    Raises
-    ------
-    ValueError
-        If layers do not fit to one another, or examples or a predictor are for other codes.
+    Raises ValueError if layers do not fit one another, or examples or a predictor are for other
+    codes.
     """
 
     kind: ClassVar[str] = "autoencoder"
@@ -71,15 +53,19 @@ class Autoencoder(WeightBasis, PredictingBasis):
     LAYERS: ClassVar[tuple[str, ...]] = "contract", "code", "expand", "network"
 
     common: npt.NDArray[np.float32]
+    """Weights of the network that all others are fitted from, shape (675,), float32."""
     contract: Layer
     code: Layer
     expand: Layer
     network: Layer
-    seed: int
+    seed: int  # of the fits; see Distillation
     metadata: dict[str, Any] = field(default_factory=dict)
     examples: npt.NDArray[np.float32] | None = None
+    """The encoder's codes of the training materials, with their channels in all orders, shape (m,
+    6, k), float32; None where they are not kept.
+    """
     predictors: Mapping[str, LobePredictor] = field(default_factory=dict)
-    epochs: int = EPOCHS
+    epochs: int = EPOCHS  # of a fit
 
     def __post_init__(self) -> None:
         width, values = len(self.contract.biases), self.code_dim
@@ -120,9 +106,8 @@ class Autoencoder(WeightBasis, PredictingBasis):
         return np.asarray(forward(values, [self.contract, self.code], SILU_BY_TANH))
 
     def _projected(self, brdf: Brdf) -> Vector:
-        """The code that the encoder gives a reflectance.
-
-        A network is fitted to it from the common one, which takes a fraction of a second.
+        """The code that the encoder gives a reflectance, after a network is fitted to it from the
+        common one: a fraction of a second.
         """
         distillation = Distillation(self.seed, self.epochs)
         f_r = isotropic_values(brdf, distillation.wi, distillation.wo)

@@ -1,10 +1,13 @@
 """Training of the autoencoder of the NBRDF paper, in PyTorch.
 
-The loss compares pictures: spheres under directional lights of the networks that come out and of
+The loss compares pictures: spheres under directional lights, of the networks that come out and of
 those that go in, after a gamma curve. Networks are those of the materials, all fitted from one, and
-of mixtures of them, without which the encoder knows the few materials by heart; all of them with
+those of mixtures, without which the encoder knows the few materials by heart; all of them with
 permuted channels, and mixed once more as networks. The encoder sees changes of weights by how far
 they move f_r, not by their size.
+
+At the end, a shallow network predicts parameters of a Blinn-Phong or GGX lobe from a code (NBRDF
+paper, section 3.3 and Figure 4).
 """
 
 from __future__ import annotations
@@ -82,22 +85,12 @@ def train_autoencoder(
 def _predicting(
     autoencoder: Autoencoder, orders: Floats, recipe: AutoencoderRecipe, report: Progress
 ) -> Autoencoder:
-    """An autoencoder that knows codes of its training materials, and predicts lobes from codes.
+    """An autoencoder that knows codes of its training materials and, unless the recipe says
+    otherwise, predicts lobes from codes, by variance and by labels
+    (:mod:`nacre.latent.predictor_training`).
 
-    Predictors are trained in two ways, by variance and by labels (see
-    :mod:`nacre.latent.predictor_training`), unless the recipe says that there are none.
-
-    Parameters
-    ----------
-    autoencoder
-        Without predictors.
-    orders
-        Networks of the training materials as the encoder takes them, with their channels in all
-        orders, the material's own first, shape (m, 6, 675). Labels are fitted to these.
-    recipe
-        That of the autoencoder.
-    report
-        Called as it goes on.
+    `orders` are networks of the training materials with their channels in all orders, the
+    material's own first, shape (m, 6, 675). Labels are fitted to the first.
     """
     codes = autoencoder.codes(orders.reshape(-1, COUNT)).reshape(*orders.shape[:2], -1)
     known = autoencoder.replaced(examples=codes.astype(np.float32))
@@ -127,8 +120,6 @@ def _labels(networks: Floats, seed: int, report: Progress) -> dict[str, list[Sam
 
 
 class _Training:
-    """The layers and the state of the optimizer."""
-
     def __init__(
         self,
         weights: Floats,
@@ -162,15 +153,15 @@ class _Training:
             parameter.register_hook(_bounded)
 
     def run(self, checkpoint: Path | None, report: Progress) -> float:
-        """All steps that are left; gives the last loss."""
+        """Take all steps that are left; returns the last loss."""
         sums = self._networks.double().sum().item(), self._inputs.double().sum().item()
         same = f"{tuple(self._networks.shape)} {sums}"
         groups = {1.0: self._parameters}
         return descend(groups, self._loss, self._recipe, same, checkpoint, report)
 
     def _loss(self, step: int) -> Tensor:
-        """Of networks anywhere between two: all keep the common one's neurons, so these are, too,
-        networks of materials, and there is no end of them.
+        """The loss on networks anywhere between two: all keep the common one's neurons, so these
+        too are networks of materials, and there is no end of them.
         """
         recipe, random = self._recipe, np.random.default_rng((self._recipe.seed, 4, step))
         chosen = random.permutation(len(self._networks))[: recipe.networks]
@@ -222,9 +213,8 @@ class _Training:
 
 
 def lit_pixels() -> tuple[Floats, Floats]:
-    """Directions to the light and to the viewer at the pixels of the pictures, shapes (n, 3).
-
-    They show spheres, each lit by one light from the upper left.
+    """Directions to the light and to the viewer at the pixels of spheres, shapes (n, 3), each lit
+    by one light from the upper left.
     """
     axis = (np.arange(_EDGE) + 0.5) * 2.0 / _EDGE - 1.0
     x, y = (part.ravel() for part in np.meshgrid(axis, -axis))
@@ -250,7 +240,9 @@ def _root(metric: Double) -> Floats:
 
 
 def _deviations(deviations: Floats) -> Floats:
-    """For every weight the root mean square deviation of those of its kind and layer."""
+    """For every weight, the root mean square deviation of the weights of the same kind
+    and layer.
+    """
     parts, start = [], 0
     for rows, columns in SHAPES:
         for size in (rows * columns, columns):
@@ -261,5 +253,4 @@ def _deviations(deviations: Floats) -> Floats:
 
 
 def _bounded(gradient: Tensor) -> Tensor:
-    """A gradient of norm _MAX_NORM at most."""
     return gradient * (_MAX_NORM / gradient.norm().clamp(min=_MAX_NORM))

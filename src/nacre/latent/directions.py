@@ -56,12 +56,8 @@ def isotropic_inputs(wi: npt.ArrayLike, wo: npt.ArrayLike, inputs: str) -> Float
 def isotropic_values(brdf: Brdf, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
     """f_r of an isotropic reflectance in 1/sr, shape (n, 3), float32; -1 where it is not known.
 
-    Raises
-    ------
-    FormatError
-        If `brdf` is anisotropic.
-    NacreError
-        If it is known at none of the directions.
+    Raises FormatError if `brdf` is anisotropic, NacreError if it is known at none of the
+    directions.
     """
     check_isotropic(brdf)
     known = brdf.valid(wi, wo)
@@ -73,16 +69,9 @@ def isotropic_values(brdf: Brdf, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats
 def sampled(
     materials: Sequence[Callable[[], Brdf]], wi: Floats, wo: Floats, report: Progress
 ) -> tuple[list[Floats], list[str]]:
-    """What :func:`isotropic_values` gives for each of several materials, and their names.
+    """:func:`isotropic_values` of each of several materials at directions (n, 3), and their names.
 
-    Parameters
-    ----------
-    materials
-        Functions that give the materials; called once each.
-    wi, wo
-        Directions to the light and to the viewer, shapes (n, 3).
-    report
-        Called after each material.
+    `materials` are functions that return them, each called once.
     """
     values, names = [], []
     for index, load in enumerate(materials):
@@ -101,7 +90,6 @@ def check_isotropic(brdf: Brdf) -> None:
 
 
 def _unturned(u: Floats) -> Floats:
-    """Random numbers for half vectors at phi_h = 0."""
     turned = u[:4].copy()
     turned[1] = 0.0
     return turned

@@ -1,8 +1,8 @@
-"""Networks of 675 weights that all begin at one network, so that their weights can be compared.
+"""Networks of 675 weights that all start from one network, so that their weights can be compared.
 
-Neurons may change places and trade scale without any change of f_r, and fits that begin anywhere
-end anywhere. A short fit from one common network keeps its neurons what they are; the shorter, the
-less their weights say of anything but the material.
+Neurons may change places and trade scale without any change of f_r, and fits that start anywhere
+end anywhere. A short fit from one common network keeps its neurons what they are; the shorter it
+is, the less its weights depend on anything but the material.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ _BRIGHTNESS = 0.15  # standard deviation of what is added to the logarithm of a 
 class Distillation:
     """Fits of networks to materials that are known at the same directions.
 
-    The seed is that of the directions and of the network that the first fit begins at, the epochs
-    are those of a material's fit.
+    The seed chooses the directions and the network that the first fit starts from; `epochs` are
+    those of a material's fit.
     """
 
     def __init__(self, seed: int, epochs: int = EPOCHS) -> None:
@@ -52,8 +52,8 @@ class Distillation:
     def common(self, f_r: Sequence[Floats]) -> Floats:
         """Weights of a network of what is common to materials, shape (675,), the same by channel.
 
-        That is the mean of ln(f_r + 1) over materials and channels, of which `f_r` is in 1/sr,
-        shape (directions, 3) each, and negative where not known.
+        That is the mean of ln(f_r + 1) over materials and channels. Each `f_r` is in 1/sr, shape
+        (directions, 3), and negative where not known.
         """
         logs = np.mean([np.log1p(np.maximum(f, 0.0)).mean(axis=1) for f in f_r], axis=0)
         luma = np.repeat(np.expm1(logs)[:, None], 3, axis=1).astype(np.float32)
@@ -64,7 +64,7 @@ class Distillation:
         return flat_weights([*hidden, alike])
 
     def weights(self, common: Floats, f_r: Floats) -> Floats:
-        """Weights of a material's network that begins at the common one, shape (675,)."""
+        """Weights of a material's network that starts from the common one, shape (675,)."""
         return flat_weights(self._fit(network_layers(common), f_r, self._short))
 
     def networks(
@@ -96,7 +96,7 @@ class Distillation:
 
 
 def _mean_logarithm(rows: Sequence[Floats]) -> Floats:
-    """Mean of ln f_r over channels and over the materials that are known, shape (directions, 1)."""
+    """Mean of ln f_r over channels and the materials that are known, shape (directions, 1)."""
     total = np.zeros((len(rows[0]), 1), np.float32)
     count = np.zeros_like(total)
     for row in rows:
@@ -109,8 +109,8 @@ def _mean_logarithm(rows: Sequence[Floats]) -> Floats:
 def _mixture(rows: Sequence[Floats], mean: Floats, seed: tuple[int, ...]) -> Floats:
     """f_r of a mixture of one to four materials in the logarithm, each with its channels permuted.
 
-    Weights add up to 1, and some may be negative: new materials are not between known ones. That
-    of a single material is any near 1, about the mean of all.
+    Weights add up to 1, and some may be negative: new materials are not between known ones. A
+    single material's weight is near 1, about the mean of all.
     """
     random = np.random.default_rng(seed)
     count = min(int(random.integers(1, _PARTS + 1)), len(rows))

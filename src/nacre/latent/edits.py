@@ -1,13 +1,13 @@
 """Named directions in the space of codes: rougher, a glossier coat, darker, more metallic.
 
-GGX over a Lambertian base is fitted to every material that a basis was trained on. Where such a
-fit is at its best, it follows from the derivatives of both sides what each of its parameters does
-when the code moves a little. A direction is the one that does to these parameters what its name
-says, and leaves the others as they are, as closely as one direction can for all the materials, in
-least squares; of colors, it is as many values for each pair of chroma values of the code.
+GGX over a Lambertian base is fitted to every material that a basis was trained on. At the optimum
+of such a fit, the derivatives of both sides tell what each of its parameters does when the code
+moves a little. A direction does to these parameters what its name says and leaves the others alone,
+as closely as one direction can for all materials, in least squares; for colors it has as many
+values for each pair of chroma values of the code.
 
 A code adds up logarithms, so a highlight does not widen as such: more of a wide one is mixed in.
-The sharpest, of alpha below 0.02, keep their core whatever is added to them.
+The sharpest, with alpha below 0.02, keep their core whatever is added to them.
 """
 
 from __future__ import annotations
@@ -33,9 +33,10 @@ from nacre.runtime.progress import Progress, silent
 
 STEP = math.log(1.5)
 """Change of the logarithm of alpha, F0 or the diffuse albedo by an amount of 1: half the training
-materials change by more."""
+materials change by more.
+"""
 COLORING = 0.5
-"""Change of colors by an amount of 1, as a fraction of the way that there is."""
+"""Change of colors by an amount of 1, as a fraction of the way there is."""
 
 _GAIN, _SAMPLES, _STARTS = 16.0, 3000, 4  # of fits
 _RIDGE = 0.02  # squared length of a direction, beside the mean squared error in deviations
@@ -46,18 +47,13 @@ _DIFFERENCE = 1e-4  # of logarithms, for derivatives
 
 
 class Traits(NamedTuple):
-    """Parameters of GGX over a Lambertian base, as fitted to a material."""
+    """Parameters of GGX over a Lambertian base, fitted to a material."""
 
-    roughness: float
-    """Natural logarithm of alpha."""
-    coat: float
-    """Of the mean of F0 over the channels, and a thousandth."""
-    base: float
-    """Of the mean of the diffuse albedo over the channels, and a thousandth."""
-    coat_color: Double
-    """Chroma components of the logarithm of F0, shape (2,)."""
-    base_color: Double
-    """Of the logarithm of the diffuse albedo, shape (2,)."""
+    roughness: float  # natural logarithm of alpha
+    coat: float  # logarithm of the mean of F0 over the channels and a thousandth
+    base: float  # the same of the diffuse albedo
+    coat_color: Double  # chroma components of the logarithm of F0, shape (2,)
+    base_color: Double  # the same of the diffuse albedo
 
     @property
     def metalness(self) -> float:
@@ -72,25 +68,13 @@ class Traits(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Edit:
-    """A named direction: the code c moves by an amount times `offset` + `matrix` c.
-
-    Parameters
-    ----------
-    name, opposite
-        Words for amounts above and below 0, as after "make it".
-    about
-        A sentence on what an amount of 1 does.
-    offset
-        Shape (k,).
-    matrix
-        Shape (k, k); 0 where the direction is the same everywhere.
-    """
+    """A named direction: the code c moves by an amount times `offset` + `matrix` c."""
 
     name: str
-    opposite: str
-    about: str
-    offset: Double
-    matrix: Double
+    opposite: str  # word for amounts below 0, as after "make it"; `name` is that for amounts above
+    about: str  # a sentence on what an amount of 1 does
+    offset: Double  # shape (k,)
+    matrix: Double  # shape (k, k); 0 where the direction is the same everywhere
 
     def apply(self, code: Floats, amount: float) -> Double:
         """A code (k,) moved by an amount; -2 to 2 are sensible."""
@@ -99,33 +83,24 @@ class Edit:
 
 
 NAMES = "rougher", "glossier coat", "darker", "more saturated", "more metallic"
-"""Of the directions that :func:`edits` finds."""
+"""Names of the directions that :func:`edits` finds."""
 
 
 def traits(brdf: Brdf, samples: int = _SAMPLES) -> Traits:
     """Parameters of GGX over a Lambertian base that come closest to an isotropic material.
 
-    Highlights of alpha below 0.02 are hardly met by fewer than 20,000 samples. Raises NacreError if
-    the material is known at hardly any direction.
+    Highlights with alpha below 0.02 take 20,000 samples. Raises NacreError if the material is known
+    at hardly any direction.
     """
     return _traits(fit(brdf, Ggx, gain=_GAIN, samples=samples, starts=_STARTS))
 
 
 def edits(basis: LatentBasis, progress: Progress = silent) -> dict[str, Edit]:
-    """The named directions of a basis, by name, in the order of :data:`NAMES`.
+    """The named directions of a neural basis, or of a hypernetwork about one, in the order of
+    :data:`NAMES`.
 
-    Parameters
-    ----------
-    basis
-        A neural basis, whose examples are what the directions are found from, or a hypernetwork
-        about one.
-    progress
-        Called as fits are made: less than 0.1 seconds each.
-
-    Raises
-    ------
-    NacreError
-        If the basis is of another kind, or keeps codes of fewer than two training materials.
+    They are found from the basis's examples, with a fit of less than 0.1 seconds for each. Raises
+    NacreError if the basis is of another kind, or keeps codes of fewer than two training materials.
     """
     basis = _neural(basis)
     codes = np.asarray(basis.examples, np.float64)
@@ -166,7 +141,6 @@ def edits(basis: LatentBasis, progress: Progress = silent) -> dict[str, Edit]:
 
 
 def _neural(basis: LatentBasis) -> NeuralBasis:
-    """The neural basis whose codes a basis has."""
     own = getattr(basis, "basis", basis)
     if not isinstance(own, NeuralBasis):
         raise NacreError(f"named directions take a neural basis, got one of kind {basis.kind!r}")
@@ -178,7 +152,7 @@ def _traits(model: Ggx) -> Traits:
 
 
 def _named(free: Double) -> Traits:
-    """Traits of logarithms of alpha, F0 and the diffuse albedo, shape (7,)."""
+    """Traits from logarithms of alpha, F0 and the diffuse albedo, shape (7,)."""
     parts = np.exp(free[1:4]), np.exp(free[4:])
     coat, base = (math.log(part.mean() + _DARK) for part in parts)
     return Traits(float(free[0]), coat, base, *map(_color, parts))
@@ -195,9 +169,9 @@ def _free(model: Ggx) -> Double:
 
 
 def _effects(basis: NeuralBasis, codes: Double, fits: list[Ggx]) -> Double:
-    """Derivatives of the seven numbers of the traits of materials by their codes (m, 7, k).
+    """Derivatives of the seven numbers of the traits of materials by their codes, (m, 7, k).
 
-    A fit moves to where the derivatives of its squared errors are 0 again, to the first order.
+    A fit moves to where the derivatives of its squared errors are 0 again, to first order.
     """
     wi, wo = shared_directions(_SAMPLES, 0)
     light, view = (tuple(np.asarray(c, np.float64) for c in split(w)) for w in (wi, wo))
@@ -247,8 +221,8 @@ def _gray_directions(effects: Double, luma: int) -> Double:
 def _coat_color_direction(effects: Double, basis: NeuralBasis) -> Double:
     """Values (p,) for the pairs that change the color of the coat and leave that of the base.
 
-    What the traits' colors do is, like the pairs, the same for channels in another order: of each
-    block of two by two, that is the mean of its diagonal.
+    The effects on colors are, like the pairs, the same for channels in another order: in each block
+    of two by two, the effect is the mean of the diagonal.
     """
     blocks = effects[:, 3:, basis.luma :].reshape(len(effects), 2, 2, basis.chroma, 2)
     rows = 0.5 * np.einsum("nqcpc->nqp", blocks)

@@ -1,12 +1,12 @@
 """A network that turns codes of a neural basis into ordinary networks of 675 weights.
 
-A code of a :class:`nacre.latent.neural_basis.NeuralBasis` weighs functions, and what it stands for
-takes the whole basis to evaluate. The hypernetwork gives a network of a thirtieth of the size that
-comes close to it, for any code.
+A code of a :class:`nacre.latent.neural_basis.NeuralBasis` weighs functions, and the whole basis is
+needed to evaluate it. For any code, the hypernetwork gives a network of a thirtieth of that size
+which comes close.
 
-Colors go by channel as they do there. What hidden layers are depends on the luma, and on
-the squared lengths of the pairs, which permutations of the channels do not change. The weights of
-an output depend on these and on what the pairs say of its own channel, in the same way for all
+Colors are handled by channel as they are there. The hidden layers depend on the luma and on the
+squared lengths of the pairs, which permutations of the channels do not change. The weights of an
+output depend on these and on the part of the pairs in its own channel, in the same way for all
 three. So a permutation of the channels of a material is one of its code here too.
 """
 
@@ -49,19 +49,7 @@ class Hypernetwork(WeightBasis):
     - weights of the hidden layers: shared of (g, u),
     - weights and bias of the channel's output: output of (g, c, s(channel of (u, c))).
 
-    Parameters
-    ----------
-    basis
-        Whose codes these are; what :meth:`encode` starts from.
-    trunk, shared, channel, output
-        The layers.
-    metadata
-        JSON-able facts about the training.
-
-    Raises
-    ------
-    ValueError
-        If layers do not fit to one another.
+    Raises ValueError if layers do not fit one another.
     """
 
     kind: ClassVar[str] = "hypernetwork"
@@ -131,9 +119,9 @@ class Hypernetwork(WeightBasis):
 
 
 def neural_basis(basis: LatentBasis) -> NeuralBasis:
-    """The functions that a basis is of, or was made from.
+    """The neural basis that a basis is, or was made from.
 
-    Raises NacreError for a basis of another kind, in which codes are not found from few samples.
+    Raises NacreError for a basis of another kind, where few samples do not determine a code.
     """
     found = basis.basis if isinstance(basis, Hypernetwork) else basis
     if not isinstance(found, NeuralBasis):

@@ -15,8 +15,8 @@ _PERPLEXITY = 30.0
 def embed(codes: npt.ArrayLike, seed: int = 0, what: str = "materials") -> npt.NDArray[np.float64]:
     """Places of codes (n, k) in the plane by t-SNE (van der Maaten and Hinton 2008), shape (n, 2).
 
-    The same seed gives the same map. Raises NacreError, which says `what` the codes are of, if
-    there are fewer than :data:`MIN_CODES`, and MissingExtraError if openTSNE is not installed.
+    The same seed gives the same map; `what` names the codes in errors. Raises NacreError if there
+    are fewer than :data:`MIN_CODES`, and MissingExtraError if openTSNE is not installed.
     """
     values = np.asarray(codes, np.float64)
     if len(values) < MIN_CODES:
@@ -36,8 +36,8 @@ def embed_into(
 ) -> npt.NDArray[np.float64]:
     """Places of new codes on a map of others, which stay where they are (Poličar et al. 2024).
 
-    `codes` (n, k) are what :func:`embed` was given and `places` what it gave; `new` codes (m, k)
-    get places (m, 2), the same for the same seed.
+    `codes` (n, k) are what :func:`embed` took and `places` what it returned; `new` codes (m, k) get
+    places (m, 2), the same for the same seed.
     """
     library = require("openTSNE", "latent")
     values = np.asarray(codes, np.float64)

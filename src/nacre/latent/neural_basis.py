@@ -1,14 +1,14 @@
-"""Basis functions of directions that one network gives, for materials as sums of them.
+"""Functions of directions from one network, and materials as sums of them.
 
 The network sees the enhanced inputs of a pair of directions (:mod:`nacre.neural.inputs`); its
 outputs take the place of the principal components of :mod:`nacre.latent.pca`. They need no grid,
 take less than a hundredth of the memory, and are trained on what pictures show. ln f_r of a channel
-is their sum, in which the code weighs them, so a material is a plain network of the shared hidden
+is the sum of them, weighted by the code, so a material is a plain network of the shared hidden
 layers and an output layer of its own.
 
-Colors go by channel as there. A gray value weighs one function in all channels alike; a pair of
-values stands for three weights of one function that sum to 0. So a permutation of the channels of a
-material is one of its code, and no permuted material has to be trained on.
+Colors are handled by channel as there. A gray value weighs one function in all channels alike; a
+pair of values stands for three weights of one function that sum to 0. So a permutation of the
+channels of a material is one of its code, and no permuted material has to be trained on.
 """
 
 from __future__ import annotations
@@ -65,27 +65,8 @@ class NeuralBasis(PredictingBasis):
     A code is g values of luma, then p pairs of chroma. Over the training materials, each with its
     permutations of the channels, their mean is 0 and their covariance the identity.
 
-    Parameters
-    ----------
-    hidden
-        Hidden layers; a ReLU follows each.
-    functions
-        The output layer, its biases last, shape (units + 1, 1 + g + p), float32: the function that
-        all materials have, those of the luma, those of the chroma.
-    luma
-        g.
-    examples
-        Codes of the training materials, shape (m, k), float32: what materials are like.
-    metadata
-        JSON-able facts about the training.
-    predictors
-        Of lobes for importance sampling, by name; may be empty.
-
-    Raises
-    ------
-    ValueError
-        If layers do not chain, `luma` is out of range, or examples or a predictor are for other
-        codes.
+    Raises ValueError if layers do not chain, `luma` is out of range, or examples or a predictor are
+    for other codes.
     """
 
     kind: ClassVar[str] = "neural"
@@ -94,10 +75,13 @@ class NeuralBasis(PredictingBasis):
     takes_samples: ClassVar[bool] = True
     linear_in_log: ClassVar[bool] = True
 
-    hidden: Sequence[Layer]
+    hidden: Sequence[Layer]  # a ReLU follows each
     functions: Weights
-    luma: int
-    examples: Weights
+    """The output layer, its biases last, shape (units + 1, 1 + g + p), float32: the function that
+    all materials share, those of the luma, those of the chroma.
+    """
+    luma: int  # g
+    examples: Weights  # codes of the training materials, shape (m, k), float32
     metadata: dict[str, Any] = field(default_factory=dict)
     predictors: Mapping[str, LobePredictor] = field(default_factory=dict)
 
@@ -124,7 +108,6 @@ class NeuralBasis(PredictingBasis):
 
     @property
     def nbytes(self) -> int:
-        """See :class:`LatentBasis`; predictors of lobes are included."""
         layers = sum(layer.nbytes for layer in self.hidden) + self.predictor_bytes()
         return layers + self.functions.nbytes + self.examples.nbytes
 
@@ -134,8 +117,8 @@ class NeuralBasis(PredictingBasis):
         return np.asarray(forward(inputs, [*self.hidden, last]))
 
     def logarithms(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> tuple[Weights, Weights]:
-        """Of ln f_r at directions (n, 3), what is linear in a code: ln f_r of the code 0, shape (n,
-        1), and derivatives by the values of a code, shape (k, n, 3).
+        """What is linear in a code about ln f_r at directions (n, 3): ln f_r of the code 0, shape
+        (n, 1), and derivatives by the values of a code, shape (k, n, 3).
         """
         values = self.values(isotropic_inputs(wi, wo, ENHANCED))
         common, luma, pairs = np.split(values, [1, 1 + self.luma], axis=1)
@@ -150,8 +133,8 @@ class NeuralBasis(PredictingBasis):
         return np.concatenate([np.ones((1, OUTPUTS)), luma, chroma])
 
     def permuted(self, codes: Floats, permutation: int | npt.NDArray[np.int64]) -> Floats:
-        """Codes (n, k) of the materials whose channels are those of `codes` in another order: which
-        of :data:`nacre.numerics.channels.PERMUTATIONS`, shape (n,) or one for all.
+        """Codes (n, k) of the same materials with their channels in another order: which of
+        :data:`nacre.numerics.channels.PERMUTATIONS`, shape (n,) or one for all.
         """
         pairs = codes[:, self.luma :].reshape(len(codes), self.chroma, 2)
         turned = (pairs @ CHROMA_PERMUTATIONS[permutation]).reshape(len(codes), 2 * self.chroma)
@@ -168,7 +151,6 @@ class NeuralBasis(PredictingBasis):
 
     @cached_property
     def prior(self) -> Prior:
-        """See :class:`LatentBasis`; codes of the training materials are :attr:`examples`."""
         return Prior.about(self.orders())
 
     def _refined(self, brdf: Brdf, seed: int) -> Vector:
@@ -176,7 +158,7 @@ class NeuralBasis(PredictingBasis):
             return self.closest(PictureErrors(brdf, seed))
 
     def closest(self, errors: PictureErrors) -> Vector:
-        """The code with the least sum of absolute errors and of its own absolute values."""
+        """The code that minimizes the sum of absolute errors and of its own absolute values."""
         pull = PRIOR * np.eye(self.code_dim, dtype=np.float32)
         common, rows = self.logarithms(errors.wi, errors.wo)
 
@@ -271,7 +253,7 @@ class NeuralBasisBrdf(CodedBrdf, NetworkBrdf):
 
     @cached_property
     def sampler(self) -> Sampler:  # type: ignore[override]  # a cached property can be replaced
-        """Lobes that the basis predicts; without a predictor, lobes fitted to the material."""
+        """Lobes that the basis predicts, or without a predictor, lobes fitted to the material."""
         predict = self.basis.predictors.get(BEST)
         return predict(self.code) if predict else fit_lobes(self)
 
@@ -288,7 +270,7 @@ class NeuralBasisBrdf(CodedBrdf, NetworkBrdf):
 
 
 def decoded(common: Floats, rows: Floats, code: Floats) -> Floats:
-    """f_r of a code from :meth:`NeuralBasis.logarithms`, in 1/sr."""
+    """f_r of a code in 1/sr, from :meth:`NeuralBasis.logarithms`."""
     logarithms = common + np.tensordot(code.astype(rows.dtype), rows, 1)
     return np.asarray(np.exp(np.minimum(logarithms, BRIGHTEST)))
 

@@ -37,11 +37,10 @@ def train_neural(
 ) -> NeuralBasis:
     """A neural basis of materials.
 
-    The mean absolute difference of log(1 + 30 f cos theta_i) is brought to a minimum over the
-    network and the codes of the materials at once.
-
-    For the parameters and errors see :meth:`nacre.latent.basis.LatentBasis.train`. Memory is 12
-    bytes a direction and material.
+    The mean absolute difference of log(1 + 30 f cos theta_i) is minimized over the network and the
+    codes of the materials at once. For parameters and errors see
+    :meth:`nacre.latent.basis.LatentBasis.train`. It takes 12 bytes of memory per direction and
+    material.
     """
     if len(materials) < 2:
         raise NacreError("a neural basis needs two materials or more")
@@ -60,8 +59,6 @@ def train_neural(
 
 
 class _Training:
-    """Weights, codes and optimizer state."""
-
     def __init__(
         self,
         inputs: npt.NDArray[np.float32],
@@ -89,7 +86,6 @@ class _Training:
         self._pairs = normal(0.5, materials, recipe.pairs, 2)
 
     def run(self, checkpoint: Path | None, report: Progress) -> float:
-        """All steps that are left; gives the last loss."""
         network = [*self._weights, *self._biases, self._functions]
         groups = {1.0: network, _CODE_RATE: [self._luma, self._pairs]}
         same = f"{tuple(self._f_r.shape)} {self._f_r.double().sum().item()!r}"
@@ -114,7 +110,7 @@ class _Training:
         return error[f_r >= 0.0].mean() + _PRIOR * length
 
     def basis(self, metadata: dict[str, Any]) -> NeuralBasis:
-        """The basis, for codes of mean 0 and covariance 1."""
+        """The basis, for codes with mean 0 and covariance 1."""
         luma, pairs = (c.detach().double().numpy() for c in (self._luma, self._pairs))
         functions = self._functions.detach().double().numpy()
         count, mean = luma.shape[1], luma.mean(axis=0)
@@ -137,6 +133,8 @@ class _Training:
 
 
 def _deviations(values: Double) -> Double:
-    """A square matrix by which rows of covariance 1 become rows of that of `values`, (n, k)."""
+    """A square matrix that turns rows of covariance 1 into rows with the covariance of `values`,
+    (n, k).
+    """
     squares, vectors = largest_first(values.T @ values / len(values))
     return np.sqrt(np.maximum(squares, 1e-12))[:, None] * vectors.T

@@ -5,9 +5,9 @@ Acquisition". A reflectance f on the grid of the MERL database is seen as
 
     ln((f w + e) / (m w + e)),    w = max(cos theta_i cos theta_o, e),    e = 0.001,
 
-where m w is the median of f w over the training materials. From this their mean is taken off and
-the principal components of what is left describe it. The median drops out of that difference: what
-a basis keeps is its logarithm and the mean in one, which is the mean of ln(f w + e).
+where m w is the median of f w over the training materials. Their mean is subtracted, and the
+principal components of the rest describe it. The median drops out of that difference: a basis keeps
+its logarithm and the mean in one, which is the mean of ln(f w + e).
 """
 
 from __future__ import annotations
@@ -44,28 +44,8 @@ class PcaBasis(LatentBasis):
     """Principal components over the nodes of a grid at which every training material is known.
 
     A material is a code of k values. ln(f w + e) at a node is the center plus, for each value, the
-    product of the value, its standard deviation, a component and a color. Components belong to
-    one channel, so they are shared: see :mod:`nacre.latent.pca_training`.
-
-    Parameters
-    ----------
-    resolution
-        Of the grid.
-    mask
-        Nodes that take part, shape (theta_h, theta_d, phi_d).
-    center
-        Mean of ln(f w + e) over training materials and channels, shape (nodes,), float32.
-    components
-        Shape (components, nodes), float32; their products with the colors are orthonormal.
-    uses
-        Which component a value of the code is for, shape (k,).
-    colors
-        Unit color of each value, shape (k, 3); those of one component are orthogonal.
-    deviations
-        Standard deviation over the training materials that one unit of each value stands for,
-        shape (k,).
-    metadata
-        JSON-able facts about the training.
+    product of the value, its standard deviation, a component and a color. Components belong to one
+    channel, so they are shared: see :mod:`nacre.latent.pca_training`.
     """
 
     kind: ClassVar[str] = "pca"
@@ -75,12 +55,13 @@ class PcaBasis(LatentBasis):
     linear_in_log: ClassVar[bool] = True
 
     resolution: Resolution
-    mask: Mask
-    center: Floats
+    mask: Mask  # nodes that take part, shape (theta_h, theta_d, phi_d)
+    center: Floats  # mean of ln(f w + e) over materials and channels, shape (nodes,), float32
     components: Floats
-    uses: npt.NDArray[np.int64]
-    colors: Floats
-    deviations: Floats
+    """Shape (components, nodes), float32; their products with the colors are orthonormal."""
+    uses: npt.NDArray[np.int64]  # which component a value of the code is for, shape (k,)
+    colors: Floats  # unit color of each value, shape (k, 3); those of one component are orthogonal
+    deviations: Floats  # standard deviation that one unit of each value stands for, shape (k,)
     metadata: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -120,8 +101,8 @@ class PcaBasis(LatentBasis):
         """The code that comes closest in log(1 + k f cos theta_i), k being :data:`GAIN`.
 
         The projection is closest in the logarithm of f w, which counts what is dark as much as what
-        is bright. From there the mean absolute difference of log(1 + k f cos theta_i) is brought to
-        a minimum over nodes drawn uniformly in the Rusinkiewicz angles.
+        is bright. From there the mean absolute difference of log(1 + k f cos theta_i) is minimized
+        over nodes drawn uniformly in the Rusinkiewicz angles.
         """
         start = self._projected(brdf)
         values, known = self.values(brdf)

@@ -1,4 +1,4 @@
-"""From materials to the principal components that they have in common."""
+"""The principal components that materials have in common."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ def train_components(
 ) -> PcaBasis:
     """Principal components of materials, each taken with its six permutations of the channels.
 
-    Permuted materials are not made, see :class:`nacre.numerics.pca.ColoredComponents`. For the
+    Permuted materials are not made, see :class:`nacre.numerics.pca.ColoredComponents`. For
     parameters and errors see :meth:`nacre.latent.LatentBasis.train`; also raises NacreError if no
-    node of the grid is known of all materials, or there are fewer components than values. Memory is
-    12 bytes a node and material.
+    node of the grid is known in all materials, or there are fewer components than values. It takes
+    12 bytes of memory per node and material.
     """
     if len(materials) < 2:
         raise NacreError("principal components need two materials or more")

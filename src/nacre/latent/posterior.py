@@ -1,4 +1,4 @@
-"""What samples of a material, however few, say of its code."""
+"""What samples of a material, however few, tell about its code."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ from nacre.runtime.parallel import one_blas_thread
 
 UNEXPLAINED = 0.13
 """Standard deviation of ln f_r, at single pairs of directions, that no code explains."""
-DARK = 1e-3
-"""Added to f cos theta_i before logarithms."""
+DARK = 1e-3  # added to f cos theta_i before logarithms
 LOOSE = 0.3
 """Standard deviation of the logarithm of the factor of an instrument that may be wrong."""
 
@@ -24,54 +23,44 @@ _NOISES = 0.1, 0.2, 0.4  # standard deviations of the logarithm of what is left 
 _TRUST = 0.4  # power of the likelihood: neighboring directions and channels err alike
 _DOUBT = 0.15  # power of the weights of parts where codes are drawn
 _SPREAD = 0.9, 30.0
-"""Of a and b: deviations are wider by the root of a + n / b with n samples, which err alike."""
+"""a and b: deviations are wider by the root of a + n / b with n samples, which err alike."""
 _STEPS = 20
 _LONGEST, _PART = 1.0, 0.7
 """Change of a value in one step, and the part of a step that is taken: far from where it was
-linearized, the logarithm may be another one."""
+linearized, the logarithm may be another one.
+"""
 _CLOSE = 1e-2  # change of the values by which the last step is known
 _TYPICAL, _FREEDOM = 0.3, 3.0
-"""Deviation of the logarithm beside which noise counts; degrees of freedom of a Student
-distribution by which outliers are known."""
+"""Deviation of the logarithm next to which noise counts; degrees of freedom of the Student
+distribution that tells outliers.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """Codes that samples leave possible: a mixture of normal distributions.
+    """Codes that samples leave possible: a mixture of normal distributions."""
 
-    Parameters
-    ----------
-    weights
-        Of the parts, shape (m,); they add up to 1.
-    means
-        Of the parts, shape (m, k); with further values, as the logarithm of the scale in
-        :data:`LOOSE`, (m, k + 1) or more.
-    deviations
-        Standard deviations of the parts along the axes, of the shape of the means.
-    axes
-        Columns are directions, orthonormal, shape (k, k) or (k + 1, k + 1).
-    code_dim
-        K.
-    doubts
-        Weights of the parts where codes are drawn, shape (m,): flatter ones, since the parts are
-        not all that a material can be like.
-    """
-
-    weights: Vector
+    weights: Vector  # of the m parts, which add up to 1
     means: Vector
-    deviations: Vector
-    axes: Vector
+    """Means of the parts, shape (m, k); with further values, as the logarithm of the scale in
+    :data:`LOOSE`, (m, k + 1) or more.
+    """
+    deviations: Vector  # standard deviations of the parts along the axes, shaped as the means
+    axes: Vector  # columns are directions, orthonormal, shape (k, k) or (k + 1, k + 1)
     code_dim: int
     doubts: Vector
+    """Flatter weights of the parts, (m,), by which codes are drawn: the parts are not all that a
+    material can be like.
+    """
 
     @property
     def mean(self) -> Vector:
-        """Of the whole, shape (k,) or (k + 1,)."""
+        """Mean of the whole, shape (k,) or (k + 1,)."""
         return np.asarray(self.weights @ self.means)
 
     @property
     def code(self) -> Vector:
-        """The code that is to be expected, shape (k,)."""
+        """The expected code, shape (k,)."""
         return self.mean[: self.code_dim]
 
     @property
@@ -103,17 +92,13 @@ class Posterior:
 
 
 class Linearized(NamedTuple):
-    """Logarithms of n observations in three channels, near some values to be found.
-
-    They are counted so that :data:`_NOISES` are what no code explains of them.
+    """Logarithms of n observations in three channels, near some values to be found, counted so that
+    :data:`_NOISES` are what no code explains of them.
     """
 
-    missed: Vector
-    """Observed less expected, shape (n, 3)."""
-    slopes: Vector
-    """Derivatives of the expected ones by the values, shape (k, n, 3)."""
-    noise: Vector
-    """Standard deviations beside what no code explains, shape (n, 3)."""
+    missed: Vector  # observed less expected, shape (n, 3)
+    slopes: Vector  # derivatives of the expected ones by the values, shape (k, n, 3)
+    noise: Vector  # standard deviations beside what no code explains, shape (n, 3)
 
 
 def search(
@@ -161,7 +146,7 @@ def _outlying(missed: Vector, variance: Vector) -> Vector:
 
 
 def _mixture(values: Vector, slopes: Vector, centers: Vector, code_dim: int) -> Posterior:
-    """Codes whose products with slopes, (k, n), give values, (n,), but for noise."""
+    """Codes whose products with slopes, (k, n), are values, (n,), up to noise."""
     gram, product = slopes @ slopes.T, slopes @ values
     squares, axes = np.linalg.eigh(gram)
     anywhere = np.zeros((1, len(slopes)))

@@ -1,7 +1,7 @@
 """Codes that stand for ordinary networks: the paper's inputs, two hidden layers of 21, 675 weights.
 
-What such a code decodes into is a neural material like any other. It is saved, exported, sampled
-and rendered as one, with no basis at hand.
+Such a code decodes into a neural material like any other. It is saved, exported, sampled and
+rendered as one, without the basis.
 """
 
 from __future__ import annotations
@@ -44,19 +44,16 @@ AnyArray: TypeAlias = npt.NDArray[Any]
 
 
 class WeightBasis(LatentBasis):
-    """What gives weights of a network for every code.
+    """A basis that turns every code into the weights of a network.
 
-    Weights are laid out as the layers one after the other, of each the matrix by rows of inputs and
-    then the biases.
+    Weights are laid out layer by layer, each with the matrix by rows of inputs and then the biases.
     """
 
     decodes_networks: ClassVar[bool] = True
-    LAYERS: ClassVar[tuple[str, ...]]
-    """Names of its layers."""
+    LAYERS: ClassVar[tuple[str, ...]]  # names of its layers
 
     @property
     def layers(self) -> dict[str, Layer]:
-        """The layers by name."""
         return {name: getattr(self, name) for name in self.LAYERS}
 
     @property
@@ -64,7 +61,7 @@ class WeightBasis(LatentBasis):
         return sum(layer.nbytes for layer in self.layers.values())
 
     def check_layers(self, **shapes: tuple[int, int]) -> None:
-        """Raise ValueError for a layer whose weights have another shape than that of its name."""
+        """Raise ValueError for a layer whose weights do not have the shape given by its name."""
         for name, shape in shapes.items():
             found = self.layers[name].weights.shape
             if found != shape:
@@ -72,7 +69,7 @@ class WeightBasis(LatentBasis):
 
     @abc.abstractmethod
     def weights(self, codes: npt.ArrayLike) -> Double:
-        """Weights of codes of shape (n, k), shape (n, 675), however long the codes are."""
+        """Weights (n, 675) of codes of shape (n, k), however long the codes are."""
 
     def reflectances(self, codes: Floats, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
         """f_r in 1/sr of codes (n, k) at pairs of directions (d, 3), shape (n, d, 3), float32."""
@@ -83,7 +80,7 @@ class WeightBasis(LatentBasis):
 
     @abc.abstractmethod
     def _start(self, brdf: Brdf, errors: PictureErrors) -> Vector:
-        """The code that is refined."""
+        """The code to refine."""
 
     def _refined(self, brdf: Brdf, seed: int) -> Vector:
         with one_blas_thread():
@@ -94,7 +91,7 @@ class WeightBasis(LatentBasis):
         """The code (k,) whose network comes closest to a material, near a start.
 
         The sum of the absolute errors and of the absolute values of the code, times `prior`, is
-        brought to a minimum.
+        minimized.
         """
         inputs = isotropic_inputs(errors.wi, errors.wo, PAPER)
         pull = prior * np.eye(self.code_dim)
@@ -119,8 +116,7 @@ class WeightBasis(LatentBasis):
     def decode(self, code: npt.ArrayLike, name: str = "") -> CodedNetwork:
         """The network that a code stands for; see :class:`nacre.latent.basis.LatentBasis`.
 
-        Beyond a root mean square of 5, a code stands for what the code of that length in the same
-        direction stands for.
+        Beyond a root mean square of 5, only the direction of a code counts.
         """
         return CodedNetwork(self, code, name)
 
@@ -158,7 +154,6 @@ def flat_weights(layers: Sequence[Layer]) -> npt.NDArray[np.float32]:
 
 
 def named_tensors(layers: dict[str, Layer]) -> Tensors:
-    """Weights and biases of layers by the layers' names."""
     return {
         f"{name}_{part}": array
         for name, layer in layers.items()
@@ -172,7 +167,7 @@ def named_layers(tensors: Tensors, names: Sequence[str]) -> dict[str, Layer]:
 
 
 def weight_tangents(basis: WeightBasis, code: npt.ArrayLike) -> Double:
-    """Derivatives of the weights of a code by its values, by differences, shape (k, 675)."""
+    """Derivatives of the weights of a code by its values, from differences, shape (k, 675)."""
     values = np.asarray(code, np.float64)
     offsets = _DIFFERENCE * np.eye(len(values))
     moved = np.stack([clipped(values + o) for o in (*offsets, *-offsets)])
@@ -181,20 +176,11 @@ def weight_tangents(basis: WeightBasis, code: npt.ArrayLike) -> Double:
 
 
 def sensitivity(weights: npt.ArrayLike, wi: Floats, wo: Floats) -> Double:
-    """How far changes of weights move networks of materials, to the first order.
+    """How far changes of weights move networks of materials, to first order: M, shape (675, 675).
 
-    Parameters
-    ----------
-    weights
-        Networks, shape (n, 675).
-    wi, wo
-        Pairs of directions, shapes (m, 3).
-
-    Returns
-    -------
-    array of shape (675, 675)
-        M, where d M d is the squared change of log(1 + 30 f cos theta_i) by a change d of weights:
-        its mean over directions, channels, networks, and permutations of their channels.
+    d M d is the squared change of log(1 + 30 f cos theta_i) by a change d of weights: its mean over
+    directions, channels, networks, and permutations of their channels. `weights` are networks (n,
+    675), `wi` and `wo` pairs of directions (m, 3).
     """
     inputs, cosine = isotropic_inputs(wi, wo, PAPER), GAIN * wi[:, 2:]
     total = np.zeros((COUNT, COUNT))
@@ -213,7 +199,7 @@ def sensitivity(weights: npt.ArrayLike, wi: Floats, wo: Floats) -> Double:
 
 
 def permuted(weights: AnyArray, permutation: Sequence[int]) -> AnyArray:
-    """Networks whose channels are those of others in some order, shape (n, 675)."""
+    """Networks with their channels in another order, shape (n, 675)."""
     rows, columns = SHAPES[-1]
     last = (rows + 1) * columns
     outputs = weights[:, -last:].reshape(len(weights), rows + 1, columns)[:, :, list(permutation)]
@@ -246,8 +232,8 @@ def with_tangents(
 def tensor_reflectance(weights: Tensor, inputs: Tensor) -> Tensor:
     """f_r in 1/sr of many networks in PyTorch as training sees it: bounded, not clamped at 0.
 
-    `weights` are of shape (networks, 675), laid out as in :class:`WeightBasis`, `inputs` (n, 6),
-    what is given (networks, n, 3).
+    `weights` are of shape (networks, 675), laid out as in :class:`WeightBasis`, `inputs` (n, 6);
+    f_r is (networks, n, 3).
     """
     sizes = [part for rows, columns in SHAPES for part in (rows * columns, columns)]
     parts = weights.split(sizes, dim=1)
