@@ -35,11 +35,11 @@ SINGLE, HALF = "single", "half"
 PRECISIONS: dict[str, np.dtype[Any]] = {SINGLE: np.dtype(np.float32), HALF: np.dtype(np.float16)}
 """How weights are stored, by name; computations are in single precision."""
 ACTIVATIONS = RELU, SQUARED_RELU
-"""What follows hidden layers: that of the paper, and a smooth one."""
+"""What follows hidden layers: the paper's, and a smooth one."""
 
 
 def round_layers(layers: Sequence[Layer], precision: str) -> list[Layer]:
-    """Layers of the nearest weights that a precision of :data:`PRECISIONS` stores."""
+    """Layers with the nearest weights that a precision of :data:`PRECISIONS` stores."""
     kind = PRECISIONS[precision]
     largest = np.finfo(kind).max
     return [Layer(*(np.clip(a, -largest, largest).astype(kind) for a in x)) for x in layers]
@@ -145,9 +145,8 @@ class NeuralBrdf(NetworkBrdf):
         return f"{sizes}, {self.inputs} inputs, {super().summary()}"
 
     def loss_text(self) -> str:
-        """The loss of a fit with its scale: "held-out loss 0.00312 (log(1 + 32 f cos))".
-
-        Empty where the network was not fitted here.
+        """The loss of a fit with its scale, "held-out loss 0.00312 (log(1 + 32 f cos))"; else
+        empty.
         """
         loss = self.metadata.get("quality", {}).get("held_out_loss")
         if not isinstance(loss, float):
@@ -158,7 +157,7 @@ class NeuralBrdf(NetworkBrdf):
         return loss_scale(self.metadata.get("fit", {}).get("gain"))
 
     def with_layers(self, layers: Sequence[Layer]) -> NeuralBrdf:
-        """A network of other layers that is like this one in all else."""
+        """A network with other layers that is like this one in all else."""
         kept = "isotropic", "name", "source", "sampler", "metadata", "inputs", "precision"
         settings = {name: getattr(self, name) for name in (*kept, "activation", "angle")}
         return NeuralBrdf(layers, **settings)

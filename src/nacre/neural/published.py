@@ -33,11 +33,13 @@ PAPER_ONLY = (
     "holds networks of the paper's inputs and activation only; fit with --inputs paper, in Python "
     "with nacre.Recipe(inputs='paper')"
 )
-"""What is said where another network shall be written as `.h5`."""
+"""What to say where another network should be written as `.h5`."""
 
 
 def load_h5(path: PathLike) -> NeuralBrdf:
-    """Read the weights that Keras saved of a sequential network; FormatError if it is no such."""
+    """Read the weights that Keras saved of a sequential network; FormatError if the file holds
+    none.
+    """
     import h5py
 
     data = read_bytes(path, _LIMIT)
@@ -63,7 +65,7 @@ def load_h5(path: PathLike) -> NeuralBrdf:
 def save_h5(network: NeuralBrdf, path: PathLike) -> None:
     """Write an isotropic network as Keras weights that the authors' tools load.
 
-    Raises FormatError if `network` is not an isotropic neural material or the path cannot be
+    Raises FormatError if `network` is not an isotropic neural material, or the path cannot be
     written.
     """
     if not (isinstance(network, NeuralBrdf) and network.isotropic):
@@ -76,7 +78,9 @@ def save_h5(network: NeuralBrdf, path: PathLike) -> None:
 
 
 def keras_bytes(layers: Sequence[Layer], description: str = "") -> bytes:
-    """Layers as Keras saves the weights of a sequential network, with an attribute of text."""
+    """Layers as Keras saves the weights of a sequential network, with a description as an
+    attribute.
+    """
     import h5py
 
     names = [f"dense_{index}" for index in range(1, len(layers) + 1)]
@@ -122,7 +126,7 @@ def load_npy(path: PathLike) -> NeuralBrdf:
 def _names(group: Any, key: str, limit: int, sound: set[str]) -> list[str]:
     """Names that an attribute lists, which must fit into `limit` bytes.
 
-    Those of variable length are read of attributes only that were found to be sound.
+    Those of variable length are read only from attributes that were found to be sound.
     """
     import h5py
 

@@ -46,8 +46,6 @@ _zero = ir.Constant(_vector, [0.0] * LANES)
 
 
 class _Emitter:
-    """Emits vector operations on the flat arrays among the arguments of an intrinsic."""
-
     def __init__(self, context: Any, builder: Any, signature: Any, arguments: Sequence[Any]):
         self.builder = builder
         self.pointers = {
@@ -99,8 +97,8 @@ class _Emitter:
     def sums(self, vectors: Sequence[Any]) -> list[Any]:
         """Sums over the lanes of vectors, as lanes of as few vectors as hold them.
 
-        Pairs of vectors are added half against half until every lane is a sum, which takes a
-        third of the instructions of summing one vector after the other.
+        Pairs of vectors are added half against half until every lane is a sum, which takes a third
+        of the instructions of summing one vector after the other.
         """
         level = [*vectors, *[_zero] * (-len(vectors) % LANES)]
         width = LANES
@@ -313,7 +311,7 @@ def sum_lanes(_context: Any, x: Any, x_offset: Any, y: Any, y_offset: Any) -> An
 
 @intrinsic  # type: ignore[untyped-decorator]
 def prefetch_block(_context: Any, x: Any, x_offset: Any) -> Any:
-    """Ask for the :data:`BLOCK` values at an offset to be fetched into the second-level cache."""
+    """Prefetch the :data:`BLOCK` values at an offset into the second-level cache."""
     signature = types.void(x, types.intp)
 
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:

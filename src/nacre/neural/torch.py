@@ -1,8 +1,8 @@
 """The fit in PyTorch, on any device: the maths of the CPU kernel for many materials at once.
 
-Networks of one shape make a *stack*: their weights lie in one tensor a layer, and a step of all of
-them is a handful of batched matrix products. Small as they are, that is what keeps a GPU busy; what
-is left there is the time to launch kernels, so a step is recorded once as a CUDA graph and then
+Networks of one shape make a *stack*: their weights lie in one tensor per layer, and a step of all
+is a handful of batched matrix products. Small as they are, that is what keeps a GPU busy; the rest
+of the time there goes into launching kernels, so a step is recorded once as a CUDA graph and then
 replayed.
 """
 
@@ -37,7 +37,7 @@ _recording = threading.Lock()  # a process can record one CUDA graph at a time
 
 
 def stack_bytes(device: str) -> int:
-    """Bytes of samples that make a full stack: 1 GiB, of CUDA 4 GiB or half of what is free."""
+    """Bytes of samples that make a full stack: 1 GiB; on CUDA 4 GiB or half of what is free."""
     opened = open_device(device)
     if opened.type != "cuda":
         return 1 << 30
@@ -67,7 +67,7 @@ class TorchTrainer:
     "cuda:1".
 
     Initial layers of each network are copied; a step takes `batch` samples of each material, a
-    multiple of 16. The activation is ReLU or its square. Reflectances are e^x - `offset` of the
+    multiple of 16. The activation is ReLU or its square. Reflectances are e^x - `offset` for
     outputs x. Raises NacreError if PyTorch has no such device here.
     """
 
@@ -125,8 +125,8 @@ class TorchTrainer:
     def epoch(
         self, samples: SampleStack, order: npt.NDArray[np.int64], rates: npt.NDArray[np.float32]
     ) -> None:
-        """One step per learning rate over the blocks in `order`: indices of shape (blocks,), or
-        (materials, blocks) for orders of their own. There is a rate for each batch of the order.
+        """Take one step per learning rate over the blocks in `order`: indices of shape (blocks,),
+        or (materials, blocks) for orders of their own. There is a rate for each batch of the order.
         """
         if self._stream:
             self._stream.wait_stream(torch.cuda.current_stream(self._device))
@@ -175,7 +175,7 @@ class TorchTrainer:
             self._graph.replay()
 
     def _record(self, blocks: Tensor) -> Any:
-        """The step of a whole batch as a CUDA graph; it is not done yet."""
+        """The step of a whole batch as a CUDA graph; it is not taken yet."""
         graph = torch.cuda.CUDAGraph()
         options = {"stream": self._stream, "capture_error_mode": "thread_local"}
         with _recording, torch.cuda.device(self._device), torch.cuda.graph(graph, **options):
@@ -183,7 +183,6 @@ class TorchTrainer:
         return graph
 
     def _update(self, blocks: Tensor) -> None:
-        """Gradient and Adam, with the constants of the kernel."""
         weights, biases = self._gradient(blocks)
         adam(
             self._weights + self._biases, weights + biases, self._means, self._squares, [],
@@ -230,13 +229,12 @@ class TorchTrainer:
 
 
 def _weighted(outputs: Tensor, weight: Tensor, offset: float) -> tuple[Tensor, Tensor]:
-    """e^x and (e^x - offset) weight of outputs x."""
     e = outputs.clamp_(max=_LARGEST).exp_()
     return e, (e - offset) * weight
 
 
 def _argument(weighted: Tensor, weight: Tensor) -> Tensor:
-    """What the loss takes the logarithm of.
+    """The argument of the loss's logarithm.
 
     As in the kernel: with a weight above 1 the logarithm is the same on both sides of 0, where it
     goes on as -log(1 - u).

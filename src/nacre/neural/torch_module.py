@@ -22,11 +22,12 @@ Tensor: TypeAlias = Any
 class NetworkModule(torch.nn.Module):  # type: ignore[misc]
     """A network, or a stack of networks of one shape, whose weights are parameters.
 
-    `weights` and `biases` hold a tensor a layer: shapes (inputs, outputs) and (outputs,), in a
+    `weights` and `biases` hold a tensor per layer: shapes (inputs, outputs) and (outputs,), in a
     stack (materials, inputs, outputs) and (materials, outputs). :func:`module` makes one.
 
-    Gradients are finite for any pair of unit directions, but as long as those of the inputs: where
-    the half vector comes near the normal, about which its azimuth turns, they grow without bound.
+    Gradients are finite for any pair of unit directions, but only as small as those of the inputs:
+    they grow without bound where the half vector comes near the normal, about which its azimuth
+    turns.
     """
 
     def __init__(self, networks: Sequence[NeuralBrdf], stacked: bool) -> None:
@@ -44,23 +45,18 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
         self.weights, self.biases = parameters(0), parameters(1)
 
     def extra_repr(self) -> str:
-        """Shown by PyTorch's table of the module."""
         count = f"{len(self.networks)} x " if self.stacked else ""
         return count + self.networks[0].summary()
 
     def brdf(self, index: int = 0) -> NeuralBrdf:
         """The network as it is now, or that of a material of a stack, which can be saved.
 
-        Weights are rounded to the precision in which it was stored. Facts about its fit are left
-        out where weights have changed; the sampler stays: :func:`nacre.sampling.fit_lobes` fits
-        lobes to the new reflectance.
+        Weights are rounded to the precision in which the network was stored. Facts about its fit
+        are left out where weights have changed; the sampler stays: :func:`nacre.sampling.fit_lobes`
+        fits lobes to the new reflectance.
 
-        Raises
-        ------
-        IndexError
-            If there is no such material.
-        ValueError
-            If weights are not finite, or so large that sums of them overflow.
+        Raises IndexError if there is no such material, ValueError if weights are not finite, or so
+        large that sums of them overflow.
         """
         network = self.networks[index]
         pairs = [
@@ -77,24 +73,12 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
         return network.with_layers(layers).replaced(metadata=kept)
 
     def forward(self, wi: Tensor, wo: Tensor) -> Tensor:
-        """f_r in 1/sr, linear RGB, without the cosine, as :meth:`nacre.Brdf.eval` gives it.
+        """f_r in 1/sr, linear RGB, without the cosine, as :meth:`nacre.Brdf.eval` returns it.
 
-        Parameters
-        ----------
-        wi, wo
-            Directions to the light and to the viewer of shapes (..., 3) that broadcast; of a stack,
-            to (materials, n, 3). They are taken to be of unit length.
-
-        Returns
-        -------
-        tensor of shape (..., 3), or (materials, n, 3)
-            Non-negative; 0 where either direction is at or below the horizon. float64 if an input
-            is, else float32.
-
-        Raises
-        ------
-        ValueError
-            If shapes are not as above.
+        `wi` and `wo` are directions to the light and to the viewer, taken to be of unit length, in
+        shapes (..., 3) that broadcast; in a stack, to (materials, n, 3). f_r has that shape and is
+        non-negative; 0 where either direction is at or below the horizon; float64 if an input is,
+        else float32. Raises ValueError if shapes are not as above.
         """
         wi, wo = namespace(wi, wo).matched(wi, wo)
         shape = self._shape(wi, wo)
@@ -109,7 +93,7 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
         return values if self.stacked else values.reshape(shape)
 
     def _shape(self, wi: Tensor, wo: Tensor) -> tuple[int, ...]:
-        """What both tensors are expanded to: (..., 3), or of a stack (materials or 1, n, 3)."""
+        """What both tensors are expanded to: (..., 3), or in a stack (materials or 1, n, 3)."""
         shape = broadcast_shape(wi=wi, wo=wo)
         if not self.stacked:
             return shape
@@ -120,7 +104,9 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
         return whole
 
     def _angle(self, like: Tensor) -> Tensor | float:
-        """Azimuth of the axes: of all materials, or where it differs of shape (materials, 1)."""
+        """Azimuth of the axes: one for all materials, or where it differs of shape
+        (materials, 1).
+        """
         angles = [network.angle for network in self.networks]
         if len(set(angles)) == 1:
             return angles[0]

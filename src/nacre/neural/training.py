@@ -19,8 +19,6 @@ from nacre.runtime.progress import Progress
 
 
 class Blocks(Protocol):
-    """Samples in blocks, of one material or of a stack."""
-
     @property
     def block_count(self) -> int:
         """Number of blocks of each material."""
@@ -33,12 +31,14 @@ _LossOut = TypeVar("_LossOut", float, npt.NDArray[np.float32], covariant=True)
 
 
 class Trainer(Protocol[_SamplesIn, _LossOut]):
-    """Weights and optimizer state on some device: of one network, or a stack with a loss each."""
+    """Weights and optimizer state on some device: of one network, or of a stack with a
+    loss each.
+    """
 
     def epoch(
         self, samples: _SamplesIn, order: npt.NDArray[np.int64], rates: npt.NDArray[np.float32]
     ) -> None:
-        """One Adam step per learning rate over blocks in the given order."""
+        """Take one Adam step per learning rate over blocks in the given order."""
 
     def loss(self, samples: _SamplesIn) -> _LossOut:
         """Mean loss over all samples."""
@@ -66,7 +66,7 @@ def train(
 
 
 def epochs(trainer: Trainer[_Samples, _Loss], training: _Samples, recipe: Recipe) -> Iterator[int]:
-    """Run the schedule of a recipe an epoch at a time; each is counted when it is done, from 0."""
+    """Run the schedule of a recipe an epoch at a time, yielding each from 0 when it is done."""
     batch_blocks = recipe.batch // BLOCK
     steps = -(-training.block_count // batch_blocks)
     rates = schedule(steps * recipe.epochs, recipe.learning_rate)
@@ -94,9 +94,8 @@ def schedule(steps: int, peak: float) -> npt.NDArray[np.float32]:
 def initial_layers(
     hidden: Sequence[int], seed: int, inputs: int = 6, start: int = 0
 ) -> list[Layer]:
-    """Normal weights of variance 2 / inputs (He et al. 2015) and zero biases.
-
-    Starts of the same seed have different ones.
+    """Normal weights of variance 2 / inputs (He et al. 2015), different for each start, and zero
+    biases.
     """
     random = np.random.default_rng((seed, 2, start) if start else (seed, 2))
     return [
