@@ -1,8 +1,8 @@
 """Fit of a product of tables by alternating weighted least squares.
 
 After Bagher, Snyder and Nowrouzezahrai 2016: one table after the other is solved for while the
-others stay, with weights that compress the range of f_r. Which weights theirs are we could not
-establish. Here they make squares into absolute differences of log(1 + k f cos), by which every
+others stay, with weights that compress the range of f_r. We could not establish which weights they
+used. Here the weights turn squares into absolute differences of log(1 + k f cos), by which every
 model of this package is fitted. Steps of all tables at once follow, which are not in the paper:
 alternating alone gets stuck far from tables that made the data.
 """
@@ -131,10 +131,11 @@ class Channel:
 
 
 def draw(brdf: Brdf, samples: DirectionSamples, seed: int) -> tuple[DirectionSamples, Vector]:
-    """Samples uniform in the Rusinkiewicz angles and as many dense near the mirror direction.
+    """Samples uniform in the Rusinkiewicz angles and as many that are dense near the mirror
+    direction.
 
-    The latter are drawn of `brdf` with theta_h = u^2 pi / 2, like the nodes of D, which the uniform
-    ones hardly reach. Weights (n,) make all of them count as if all were uniform.
+    The latter are drawn from `brdf` with theta_h = u^2 pi / 2, like the nodes of D, which the
+    uniform ones hardly reach. Weights (n,) make all of them count as if all were uniform.
     """
     u = np.random.default_rng((seed, 3)).random((4, 2 * len(samples)))
     u[0] **= 2
@@ -170,7 +171,7 @@ def _solve(
     weights: Vector,
     damping: float,
 ) -> Vector:
-    """The step of the numbers with the least weighted squares of what error it leaves, (size,).
+    """The step of the numbers that minimizes the weighted squares of the remaining error, (size,).
 
     Terms are which number each sample depends on, and its derivative, each of shape (n,). Damping
     is the pull of the step to 0, relative to the curvature of each number and a little of their

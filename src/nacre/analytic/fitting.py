@@ -42,10 +42,10 @@ def fit(
 ) -> Model:
     """Fit an analytic model to a reflectance.
 
-    The mean of |log(1 + k f cos) - log(1 + k g cos)| over samples and channels is brought to a
-    minimum from several starts. With a gain k of 1 that is the loss of the NBRDF paper (equation
-    1), which a network is trained on; a larger one gives more weight to what is dark. A model with
-    tables finds them in its own way (:mod:`nacre.analytic.factor`), and a model whose
+    The mean of |log(1 + k f cos) - log(1 + k g cos)| over samples and channels is minimized from
+    several starts. With a gain k of 1 that is the loss of the NBRDF paper (equation 1), which a
+    network is trained on; a larger one gives more weight to what is dark. A model with tables finds
+    them in its own way (:mod:`nacre.analytic.factor`), and a model whose
     :attr:`AnalyticBrdf.fitted_on` says so is fitted to pictures instead
     (:mod:`nacre.analytic.picture_fit`).
 
@@ -64,9 +64,7 @@ def fit(
         How many sets of parameters to start from; the best quarter of them goes on twice. A model
         with tables has one start.
     seed
-        Of samples and starts: the same seed gives the same parameters.
-    progress
-        Called as the fit goes on.
+        Chooses samples and starts: the same seed gives the same parameters.
 
     Returns
     -------
@@ -77,7 +75,7 @@ def fit(
     ------
     NacreError
         If hardly any sample of the reflectance is valid, none is where the model has a value, or
-        the reflectance is not isotropic as it says.
+        the reflectance is not isotropic although it says so.
     TypeError
         If `brdf` is no reflectance.
     """
@@ -120,7 +118,7 @@ def fit(
 def _rotated(samples: DirectionSamples, seed: int) -> DirectionSamples:
     """Samples of an isotropic material, each rotated about the normal by a random angle.
 
-    They all lie at few azimuths, where an anisotropic model would do as it likes at the others.
+    They all lie at few azimuths; at others, an anisotropic model would do as it likes.
     """
     angle = np.random.default_rng((seed, 3)).uniform(0.0, 2.0 * math.pi, len(samples))
     wi, wo = (join(rotate(split(w), angle.astype(np.float32))) for w in (samples.wi, samples.wo))
@@ -139,7 +137,6 @@ class _Problem:
         self.targets = np.log1p(gain * np.maximum(samples.rgb[:count].T, 0.0) * self.wi[2])
 
     def values(self, free: Vector) -> Values:
-        """Parameters by name."""
         values: dict[str, Any] = {}
         start = 0
         for p in self.parameters:
@@ -149,7 +146,6 @@ class _Problem:
         return values
 
     def start(self, random: np.random.Generator) -> Vector:
-        """Parameters to start from, of shape (sizes,)."""
         fractions = [(p, random.random()) for p in self.parameters]
         return np.concatenate([np.full(p.size, p.to_free(p.at(u))) for p, u in fractions])
 
@@ -183,7 +179,6 @@ class _Problem:
 
 
 def _loss(brdf: Brdf, samples: DirectionSamples, gain: float) -> float:
-    """Mean loss of a fitted model over samples."""
     cosine = gain * samples.wi[:, 2:].astype(np.float64)
     found, truth = (
         np.log1p(cosine * np.maximum(f, 0.0))

@@ -1,6 +1,6 @@
 """The fit of a model to pictures: views of a material under lights, as a display shows them.
 
-A picture is what is judged in the end, and what the parameters of a standard are too few to match
+A picture is what is judged in the end, and the parameters of a standard are too few to match
 everywhere at once: the fit spends them where pictures show it. Two kinds of pictures count alike,
 by the logarithm of their mean squared error (that is, by their PSNR): views under an even sky and
 lamps of many sizes, and spheres under directional lights.
@@ -38,19 +38,14 @@ class Pictures:
 
     Parameters
     ----------
-    brdf
-        Any reflectance.
     isotropic
         Whether all views may have azimuth 0.
     seed
-        Of lamps and directions.
+        Chooses lamps and directions.
     rough
-        Whether there shall be a tenth of the directions, for many starts.
+        Take a tenth of the directions, for many starts.
 
-    Raises
-    ------
-    NacreError
-        If hardly any of it is known.
+    Raises NacreError if hardly any of it is known.
     """
 
     def __init__(self, brdf: Brdf, isotropic: bool, seed: int, *, rough: bool = False) -> None:
@@ -96,7 +91,6 @@ class _Problem:
         self.weigh((1.0, 1.0))
 
     def values(self, free: Vector) -> dict[str, Any]:
-        """Parameters by name."""
         return {
             p.name: p.from_free(free[part]).clip(p.low, p.high).reshape(p.shape)
             for p, part in zip(self.numbers, self._parts, strict=True)
@@ -115,7 +109,7 @@ class _Problem:
         return np.concatenate(free)
 
     def weigh(self, errors: Iterable[float]) -> None:
-        """Count both kinds of pictures by these mean squared errors of theirs."""
+        """Weight both kinds of pictures by these mean squared errors of theirs."""
         self._weights = [
             1.0 / math.sqrt((error + _FLOOR) * len(target))
             for error, target in zip(errors, self.pictures.target, strict=True)
@@ -144,8 +138,8 @@ class _Problem:
         return first, second
 
     def minimum(self, start: Vector, steps: int) -> tuple[Vector, float]:
-        """Parameters near a start at which the errors are smallest, and the sum of their
-        logarithms there.
+        """Parameters near a start with the smallest errors, and the sum of the errors'
+        logarithms.
         """
         found, _ = minimize(self.residuals, self.jacobian, start, steps, _LIMIT, squares=True)
         return found, sum(math.log(error + _FLOOR) for error in self.errors(found))

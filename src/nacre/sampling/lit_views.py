@@ -14,9 +14,10 @@ from nacre.geometry import join, rotate, split, to_spherical, uniform_hemisphere
 from nacre.sampling.moment import propose_lights
 
 SHARPNESS, LAMPS = (1.0, 2000.0), 12
-"""Lamps that fits to pictures mix to a light: from half of the sky to a small bulb, and how many.
+"""Range of sharpness, from half of the sky to a small bulb, and number of the lamps that fits to
+pictures mix to a light.
 
-With none that are small, a lobe may become a mirror unpunished."""
+Without small ones, a lobe may become a mirror unpunished."""
 
 _SPREAD = 0.4  # of the lamps about the mirror direction
 
@@ -25,7 +26,7 @@ _SPREAD = 0.4  # of the lamps about the mirror direction
 class LitViews:
     """Views, each under some lights, and directions for the integrals over these.
 
-    Directions to the light and to the viewer are of shape (v, n, 3), `wo` the same along n but for
+    Directions to the light and to the viewer are of shape (v, n, 3), `wo` the same along n up to
     its azimuth; weights of f_r, shape (v, lights, n), are radiance times cos(theta_i) over the
     density of the directions.
     """
@@ -50,22 +51,20 @@ def lit_views(
 ) -> LitViews:
     """Views as a picture of a sphere shows them, under an even sky and under lamps of many sizes.
 
-    The sky has radiance 1, so that the albedo is seen. Lamps are von Mises-Fisher lobes of the
-    irradiance that it has; the lamps of every other light are near the mirror direction. The same
-    seed gives the same ones.
+    The sky has radiance 1, so that the albedo is seen. Lamps are von Mises-Fisher lobes with the
+    sky's irradiance; those of every other light are near the mirror direction. The same seed gives
+    the same ones.
 
     Parameters
     ----------
-    seed
-        Of directions and lamps.
     views
         How many, evenly over the picture of a sphere; or the squared sines of their polar angles.
     directions, lights
-        How many directions of a view, and lights of it with the sky.
+        How many of each per view; the first light is the sky.
     sharpness
-        Of the lamps, from that and to that: 3 is a third of the sky, 60 a bulb near by.
+        Range for the lamps: 3 is a third of the sky, 60 a bulb near by.
     lamps
-        Of a light; where it has several they are mixed, and with the sky, at random.
+        How many per light; several are mixed with each other and the sky at random.
     isotropic
         Whether views may all have azimuth 0; else they have one for all of their directions.
     """
@@ -100,15 +99,15 @@ def lit_views(
 def lit_spheres(
     angles: Sequence[float], size: int, isotropic: bool = True
 ) -> tuple[Weights, Weights]:
-    """Pairs of directions of pictures of a sphere, each under one directional light.
+    """Pairs of directions in pictures of a sphere, each under one directional light.
 
     Parameters
     ----------
     angles
-        Between light and view, a picture each; degrees.
+        Between light and view, one per picture; degrees.
     size
-        Pixels along an edge of a picture; where the material is isotropic, only the half above the
-        plane of light and view is taken.
+        Pixels along an edge of a picture; only the half above the plane of light and view is taken
+        where the material is isotropic.
     isotropic
         Whether the material is; else lights come from as many azimuths.
 
