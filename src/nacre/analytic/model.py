@@ -265,6 +265,7 @@ SCALE = Parameter("specular", 0.0, 1e3, (0.01, 1.0), color=True)
 
 # F0 of Schlick's Fresnel term
 NORMAL_REFLECTANCE = Parameter("normal_reflectance", 0.0, 1.0, (0.05, 0.9))
+"""F0 of Schlick's Fresnel term."""
 
 INDEX = Parameter("index", 1.0, 1e3, (1.2, 3.0))  # refractive index of a dielectric's Fresnel term
 

@@ -23,13 +23,10 @@ class AdjustableFunction:
     formula
         From parameters by name and two vectors to a vector; called once.
     shapes
-        Of each parameter: () for a number, (3,) for a color, which the formula gets as a tuple,
-        (rows, nodes) for a table.
+        Shape of each parameter: () for a number, (3,) for a color, which the formula takes as a
+        tuple, (rows, nodes) for a table.
 
-    Raises
-    ------
-    TypeError, AttributeError, ValueError
-        See :class:`nacre.compile.vectorized.VectorFunction`.
+    Raises what :class:`nacre.compile.vectorized.VectorFunction` raises.
     """
 
     def __init__(
@@ -59,7 +56,7 @@ class AdjustableFunction:
 
 
 def _traced(place: npt.NDArray[np.float32], like: Traced) -> Any:
-    """What stands for numbers that are not known yet: they are gathered from where they will be."""
+    """A stand-in for numbers that are not known yet: they are gathered from where they will be."""
     if place.ndim == 2:
         return Table(place)
     table = Table(place.reshape(-1))

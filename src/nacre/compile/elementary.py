@@ -1,8 +1,8 @@
 """Exponential, logarithm and circular functions in the operations that processors have.
 
-To a unit in the last place of float32, angles to 4 of them, with polynomials and reductions from
-Cephes (Moshier 1989).
-Values are those of a trace (:mod:`nacre.compile.trace`): vectors of numbers in compiled code.
+They are exact to a unit in the last place of float32, angles to 4 of them, with polynomials and
+reductions from Cephes (Moshier 1989). Values are those of a trace (:mod:`nacre.compile.trace`):
+vectors of numbers in compiled code.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def exp(x: Any) -> Any:
 
 
 def log(x: Any) -> Any:
-    """Natural logarithm; minus infinity of 0, and not a number below."""
+    """Natural logarithm; minus infinity at 0, and not a number below."""
     small = x < _literal(x, _NORMAL)
     scaled = _choose(small, x * _literal(x, 2.0**23), x)
     bits = _bits(scaled)
@@ -55,12 +55,12 @@ def log(x: Any) -> Any:
 
 
 def sin(x: Any) -> Any:
-    """Sine, of angles up to some thousands."""
+    """Sine, for angles up to some thousands."""
     return _circular(x, 0)
 
 
 def cos(x: Any) -> Any:
-    """Cosine, of angles up to some thousands."""
+    """Cosine, for angles up to some thousands."""
     return _circular(x, 1)
 
 
@@ -79,7 +79,7 @@ def _circular(x: Any, quarter: int) -> Any:
 
 
 def arctan2(y: Any, x: Any) -> Any:
-    """Angle in [-pi, pi] of the point (x, y); of zeros, as their signs have it."""
+    """Angle in [-pi, pi] of the point (x, y); for zeros, by their signs."""
     across, along = _absolute(y), _absolute(x)
     steep = across > along
     low, high = _choose(steep, along, across), _choose(steep, across, along)

@@ -2,7 +2,7 @@
 
 A formula that is called with the :class:`Traced` inputs of a :class:`Trace` adds its operations to
 that list, once each. Numbers in the formula stay apart from its operations, so that materials that
-differ in their numbers only share compiled code.
+differ only in their numbers share compiled code.
 """
 
 from __future__ import annotations
@@ -32,26 +32,23 @@ _LARGEST_INDEX = float(1 << 30)
 
 
 class UntraceableError(TypeError):
-    """A formula asks for what is not known of a value before it is computed."""
+    """A formula asks for something that is not known about a value before it is computed."""
 
 
 class Trace:
     """The operations of a formula so far.
 
-    Parameters
-    ----------
-    expanded
-        What exponentials, logarithms and circular functions are made of; those that are missing
-        are operations themselves.
+    `expanded` says what exponentials, logarithms and circular functions are made of; those that are
+    missing are operations themselves.
 
     Attributes
     ----------
     operations
         What computes each value.
     numbers
-        Those of the formula, in the order of their first use.
+        Numbers in the formula, in the order of their first use.
     origins
-        Of those numbers that are data (:class:`nacre.compile.data.Datum`), by place.
+        Origins of the numbers that are data (:class:`nacre.compile.data.Datum`), by place.
     tables
         Flat arrays that it gathers from, and weights of layers.
     """
@@ -65,11 +62,10 @@ class Trace:
         self._known: dict[Operation, int] = {}
 
     def input(self, index: int) -> Traced:
-        """The component of this number."""
+        """The component with this number."""
         return self.add(FLOAT, "input", index)
 
     def add(self, kind: str, name: str, *arguments: Any) -> Traced:
-        """The value of an operation."""
         values = (x.number if isinstance(x, Traced) else x for x in arguments)
         operation = (kind, name, *values)
         number = self._known.setdefault(operation, len(self.operations))
@@ -80,7 +76,7 @@ class Trace:
         return Traced(self, number, kind)
 
     def number(self, value: float) -> Traced:
-        """A number of the formula, which is data of the compiled code."""
+        """A number in the formula, which is data of the compiled code."""
         single = float(np.float32(value))
         # Of a material, two numbers that happen to be equal are two; of a formula they are one.
         known = ("datum", value.origin) if isinstance(value, Datum) else ("number", str(single))
@@ -92,7 +88,7 @@ class Trace:
         return self.add(FLOAT, known[0], self._known[known])
 
     def literal(self, value: float) -> Traced:
-        """A number of all formulas, which is part of the compiled code."""
+        """A number that all formulas share, which is part of the compiled code."""
         return self.add(FLOAT, "literal", repr(float(np.float32(value))))  # as text nan equals nan
 
     def index(self, value: int) -> Traced:
@@ -277,7 +273,7 @@ def needed(
 
 
 class _Tracing(Namespace):
-    """The functions of formulas; of plain numbers they are plain numbers."""
+    """The functions in formulas; for plain numbers they return plain numbers."""
 
     library = "trace"
 
@@ -308,7 +304,7 @@ def _trace(*values: Any) -> Trace:
 
 
 def _function(name: str, traced: Callable[..., Traced]) -> Callable[..., Any]:
-    """A function of floats, of which some may be plain numbers."""
+    """A function of floats, some of which may be plain numbers."""
     plain = getattr(np, name)
 
     def call(*values: Any) -> Any:

@@ -37,17 +37,10 @@ _loaded: dict[Program, tuple[Any, Any]] = {}
 
 
 class VectorFunction:
-    """A formula as machine code.
+    """A formula as machine code, called once with traced components.
 
-    Parameters
-    ----------
-    formula
-        Called once, with traced components.
-
-    Raises
-    ------
-    TypeError, AttributeError, ValueError
-        If it is not made of the functions of :class:`nacre.array.Namespace` alone.
+    Raises TypeError, AttributeError or ValueError if it uses more than the functions of
+    :class:`nacre.array.Namespace`.
     """
 
     def __init__(self, formula: Formula) -> None:
@@ -64,16 +57,8 @@ class VectorFunction:
         self._run = _compiled(program)
 
     def __call__(self, a: Vectors32, b: Vectors32) -> tuple[list[Vectors32], bool]:
-        """The arrays for n pairs of vectors, and whether one was at fault.
-
-        Parameters
-        ----------
-        a, b
-            Shape (n, 3), contiguous.
-
-        Returns
-        -------
-        list of arrays of shape (n, 3) or (n,), and a truth
+        """Arrays of shape (n, 3) or (n,) for n pairs of vectors (n, 3), contiguous, and whether one
+        was at fault.
         """
         count = len(a)
         outputs = [np.empty((count, 3) if w == 3 else count, np.float32) for w in self._widths]
@@ -112,7 +97,9 @@ def _pointers(arrays: Sequence[npt.NDArray[Any]]) -> npt.NDArray[np.uintp]:
 
 
 def _compiled(program: Program) -> Any:
-    """The function of a program, compiled once a machine; callable without the interpreter lock."""
+    """The function of a program, compiled once per machine; callable without the
+    interpreter lock.
+    """
     with _lock:
         if program not in _loaded:
             engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _target())
@@ -124,7 +111,7 @@ def _compiled(program: Program) -> Any:
 
 
 def _target() -> Any:
-    """What code is made for; an engine takes it for its own."""
+    """What code is compiled for; an engine takes it for its own."""
     if llvm.llvm_version_info[0] < 20:  # later ones do so by themselves
         llvm.initialize()
     llvm.initialize_native_target()
@@ -142,7 +129,7 @@ def _folder() -> Path:
 
 
 def _code(program: Program) -> bytes:
-    """The object file of a program, from the disk where it is there."""
+    """The object file of a program, from the disk if it is there."""
     name = hashlib.sha256(repr(program).encode()).hexdigest()[:32]
     with suppress(OSError):
         path = _folder() / f"{name}.o"

@@ -44,7 +44,7 @@ class Format:
     measured
         Whether a file in a folder of measurements counts as one of them.
     resolution
-        Makes of numbers of nodes what `save` takes as keyword `resolution`: a dataclass whose
+        Makes what `save` takes as keyword `resolution` from numbers of nodes: a dataclass whose
         fields name the numbers and which raises :class:`ValueError` for those it cannot have. None
         where the resolution is fixed.
     keeps_bands

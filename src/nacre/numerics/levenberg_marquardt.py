@@ -27,8 +27,8 @@ def minimize(
     limit: float = math.inf,
     squares: bool = False,
 ) -> tuple[Vector, float]:
-    """Parameters (p,) at which the mean absolute residual is least near a start, and that mean; or
-    the mean square.
+    """Parameters (p,) near a start that minimize the mean absolute residual, or the mean square,
+    and that mean.
 
     Each step solves least squares, damped after Levenberg and Marquardt. For absolute values a
     residual r weighs 1 / sqrt(r^2 + e^2), so that the weighted squares bound them from above

@@ -17,8 +17,7 @@ Double = npt.NDArray[np.float64]
 
 _OVERSAMPLING = 16  # directions beyond those asked for, which make these converge in few passes
 _POWERS = 4  # passes over rows in memory
-PASSES = 2
-"""Times that :func:`leading_directions` goes through the rows."""
+PASSES = 2  # times that leading_directions goes through the rows
 
 BY_CHANNEL = (np.eye(3),)
 """Every channel counts as a row of its own; see :class:`ColoredComponents`."""
@@ -41,11 +40,12 @@ def largest_first(matrix: Floats, count: int | None = None) -> tuple[Double, Dou
 def snapshots(
     slabs: Callable[[], Iterable[Floats]], count: int
 ) -> tuple[Double, npt.NDArray[np.float32]]:
-    """Components of few rows of many columns, by the products of the rows among each other.
+    """Components of few rows of many columns, from the products of the rows with each other.
 
     `slabs` goes through the columns once, a slab of shape (rows, b) at a time, and is called twice;
-    the mean is off already. Given are the sums of the squares of the rows along each component, the
-    largest first, and unit vectors (components, columns). Components without variance are left out.
+    the mean is subtracted already. Returns the sums of the squares of the rows along each
+    component, the largest first, and unit vectors (components, columns). Components without
+    variance are left out.
     """
     gram = sum(np.asarray(slab @ slab.T) for slab in slabs())
     squares, vectors = largest_first(np.asarray(gram), count)
@@ -58,10 +58,10 @@ def snapshots(
 def leading_components(
     rows: Floats, orders: Sequence[npt.NDArray[Any]], count: int, seed: int = 0
 ) -> tuple[Floats, Floats]:
-    """The leading components of rows (rows, n) that are counted in several orders of their columns.
+    """The leading components of rows (rows, n) that count in several orders of their columns.
 
     Subspace iteration (Halko, Martinsson and Tropp 2011); the reordered rows are never made. Orders
-    are a group, like those of :func:`nacre.textures.codecs.symmetry.symmetric_rotations`. Given are
+    are a group, like those of :func:`nacre.textures.codecs.symmetry.symmetric_rotations`. Returns
     orthonormal components (n, count), the strongest first, and their variances: mean squares of the
     rows along them, (count,).
     """
@@ -86,12 +86,12 @@ def leading_components(
 def leading_directions(
     runs: Runs, matrices: int, width: int, count: int, seed: int
 ) -> list[npt.NDArray[np.float64]]:
-    """Approximate right singular vectors of several matrices, which are gone through together.
+    """Approximate right singular vectors of several matrices in shared passes over their rows.
 
     Subspace iteration from random directions (Halko, Martinsson and Tropp 2011, "Finding Structure
     with Randomness", algorithm 4.4): products X^T (X Q) are summed over runs of rows of X, of
-    length `width`, given :data:`PASSES` times. Of each matrix there are `count` orthonormal
-    vectors, shape (width, count), the largest singular value first.
+    length `width`, in :data:`PASSES` passes. Each matrix gets `count` orthonormal vectors, shape
+    (width, count), the largest singular value first.
     """
     random = np.random.default_rng(seed)
     columns = min(width, count + _OVERSAMPLING)
@@ -111,7 +111,7 @@ class ColoredComponents(NamedTuple):
 
     The covariance of colors that count with all permutations of their channels commutes with these:
     its eigenvectors are products of a component with the luma, or with each of two chroma
-    components. So components are found of the luma and of the chroma apart, each at a third of the
+    components. So components are found for the luma and the chroma apart, each at a third of the
     size, and the strongest are chosen.
     """
 
@@ -124,7 +124,7 @@ class ColoredComponents(NamedTuple):
 def strongest(
     variances: Sequence[npt.ArrayLike], colors: Sequence[Floats], count: int
 ) -> ColoredComponents:
-    """The components of the largest variances, at most `count`; of both colors of a component the
+    """The components with the largest variances, at most `count`; of both colors of a component the
     second may be left out.
 
     Variances are those of the components of each part, colors (colors, 3) its
