@@ -42,6 +42,7 @@ PIXEL_LIMIT = 1 << 26
 _EXR_HEADER_LIMIT = 1 << 16
 # rows of a block, by the kind of compression
 _EXR_ROWS = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 5: 16, 6: 32, 7: 32, 8: 32, 9: 256}
+"""Rows of a block, by the kind of compression."""
 _EXR_LONG_NAMES = 0x400  # the one flag of an image in scan lines that is not a plain one
 _PNG_COLORS = {2, 6}  # RGB, with and without opacity
 

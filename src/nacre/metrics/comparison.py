@@ -21,82 +21,43 @@ Row = tuple[str, str, float]
 """Where it was measured ("environment", "directional", "angles", ...), the measure, its value."""
 
 
-_MATERIALS = 32
-"""Plausible materials that are rendered."""
+_MATERIALS = 32  # plausible materials that are rendered
+# of light from the environment: fewer than for errors, as there are many pictures
 _PLAUSIBLE_DIRECTIONS = 96
-"""Of light from the environment: fewer than where errors are told, for many pictures."""
 
 
 @dataclass(frozen=True)
 class LightComparison:
-    """The two spheres under one light.
+    """The two spheres under one light."""
 
-    Parameters
-    ----------
-    light
-        Name of the light.
-    truth, other
-        Linear pictures, shape (size, size, 3), float32.
-    flip_map
-        FLIP error of every pixel in [0, 1], shape (size, size).
-    errors
-        The figures.
-    source
-        The light itself.
-    """
-
-    light: str
-    truth: Image
+    light: str  # its name
+    truth: Image  # linear picture, shape (size, size, 3), float32; `other` likewise
     other: Image
-    flip_map: npt.NDArray[np.floating]
+    flip_map: npt.NDArray[np.floating]  # FLIP error of every pixel in [0, 1], shape (size, size)
     errors: ImageErrors
-    source: Light
+    source: Light  # the light itself
 
 
 @dataclass(frozen=True)
 class PlausibleViews:
-    """The sphere under one light, of what is plausible.
+    """The sphere under one light, for what is plausible."""
 
-    Parameters
-    ----------
-    low, high
-        Linear pictures whose pixels are the ends of intervals of 90 %, shape (size, size, 3).
-    inside
-        Fraction of the covered pixels and channels of the reference that lie in the intervals.
-    """
-
-    low: Image
+    low: Image  # lower ends of intervals of 90 %, linear, shape (size, size, 3); `high` likewise
     high: Image
-    inside: float
+    inside: float  # fraction of the reference's covered pixels and channels that lie in them
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """What :func:`compare` found.
+    """What :func:`compare` found."""
 
-    Parameters
-    ----------
-    truth, other
-        Names of the reference and of what is judged.
-    mask
-        Pixels that the sphere covers, shape (size, size).
-    lights
-        Under each light: the environment first, then the directional one.
-    angles
-        Errors over pairs of directions.
-    materials
-        The reference and what is judged.
-    plausible
-        What may be in place of the latter under the environment, where it is known from few
-        samples.
-    """
-
-    truth: str
+    truth: str  # names of the reference and of what is judged
     other: str
-    mask: npt.NDArray[np.bool_]
-    lights: tuple[LightComparison, ...]
-    angles: AngularErrors
-    materials: tuple[Brdf, Brdf]
+    mask: npt.NDArray[np.bool_]  # pixels that the sphere covers, shape (size, size)
+    lights: tuple[LightComparison, ...]  # the environment first
+    angles: AngularErrors  # over pairs of directions
+    materials: tuple[Brdf, Brdf]  # the reference and what is judged
+    # alternatives to the latter under the environment, if known from few samples
     plausible: PlausibleViews | None = None
 
     def rows(self) -> list[Row]:
@@ -139,13 +100,13 @@ def compare(
     size
         Pixels along an edge of the pictures, at least 7; figures are comparable at one size only.
     directions
-        Light directions at a pixel under the environment.
+        Light directions per pixel under the environment.
     environment
         The map, exposed here; the package's own where None.
     seed
-        Of the pairs of directions for the angular errors.
+        Chooses the pairs of directions for the angular errors.
     progress
-        Called with the part that is done, in (0, 1].
+        Called with the fraction that is done, in (0, 1].
 
     Raises
     ------
@@ -190,18 +151,9 @@ def plausible_views(
 ) -> PlausibleViews:
     """Intervals of pictures, and how often the reference lies inside.
 
-    Parameters
-    ----------
-    truth
-        The reference.
-    plausible
-        Materials that are as plausible as each other, one or more; :data:`_MATERIALS` count.
-    light
-        See :func:`nacre.render.sphere.standard_lights`.
-    size
-        Pixels along an edge.
-    fraction
-        How often it should.
+    `plausible` are equally plausible materials, one or more, of which :data:`_MATERIALS` count;
+    `light` comes from :func:`nacre.render.sphere.standard_lights`; `size` is in pixels along an
+    edge; `fraction` is how often the reference should lie inside.
     """
     image, mask = render_sphere(truth, light, size)
     shown = np.stack([render_sphere(brdf, light, size)[0] for brdf in plausible[:_MATERIALS]])
@@ -213,7 +165,7 @@ def plausible_views(
 def _plausible(
     truth: Brdf, other: Brdf, environment: Environment | None, size: int
 ) -> PlausibleViews | None:
-    """What may be in place of a material that is known from few samples; None of any other."""
+    """Views of what is as plausible as a material known from few samples; None for any other."""
     others = plausible(other)
     if not others:
         return None

@@ -13,6 +13,7 @@ from nacre.objects.frozen import Frozen
 
 # functions that draw materials for notebooks; the last one is used
 _drawers: list[Callable[[object], str]] = []
+"""Functions that draw materials for notebooks; the last one is used."""
 
 
 def draw_by(picture: Callable[[object], str]) -> None:
