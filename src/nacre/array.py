@@ -29,6 +29,9 @@ Floats: TypeAlias = npt.NDArray[np.floating]
 Weights: TypeAlias = npt.NDArray[np.float32]
 """NumPy array of float32, of any shape."""
 
+Doubles: TypeAlias = npt.NDArray[np.float64]
+"""NumPy array of float64, of any shape."""
+
 if TYPE_CHECKING:
     from jaxtyping import Bool, Float
 
@@ -128,9 +131,7 @@ class Namespace:
         raise NotImplementedError
 
     def peek(self, array: Array) -> Floats | None:
-        """The numbers, to be read only; None where that means waiting for a device, or in a trace,
-        which has none.
-        """
+        """The numbers, to be read only; None in a trace or where a device would have to finish."""
         raise NotImplementedError
 
     def follows(self, *arrays: Array) -> bool:

@@ -390,7 +390,7 @@ def _where_visible(values: Array, wi: Components, wo: Components) -> Array:
     return namespace(*wi, *wo).where((wi[2] > 0.0) & (wo[2] > 0.0), values, 0.0)
 
 
-def _visible(wi: Floats, wo: Floats) -> npt.NDArray[np.bool_]:
+def _visible(wi: Floats, wo: Floats) -> Mask:
     return (wi[..., 2] > 0) & (wo[..., 2] > 0)
 
 

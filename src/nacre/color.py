@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Array, Colors, Components, Floats, Table, namespace
+from nacre.array import Array, Colors, Components, Doubles, Floats, Table, namespace
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Weights of linear Rec. 709 red, green and blue in luminance (ITU-R BT.709)."""
@@ -50,7 +50,7 @@ RADIANCE_PRIMARIES = ((0.64, 0.33), (0.29, 0.60), (0.15, 0.06), (1.0 / 3.0, 1.0 
 """The same for Radiance's color, whose white is the spectrum of equal energy (color.h)."""
 
 
-def rgb_to_xyz_matrix(chromaticities: npt.ArrayLike) -> npt.NDArray[np.float64]:
+def rgb_to_xyz_matrix(chromaticities: npt.ArrayLike) -> Doubles:
     """The matrix (3, 3) from linear RGB to CIE 1931 XYZ; Y of (1, 1, 1) is 1.
 
     `chromaticities` are x and y of red, green, blue and white, shape (4, 2).
@@ -61,16 +61,14 @@ def rgb_to_xyz_matrix(chromaticities: npt.ArrayLike) -> npt.NDArray[np.float64]:
     return np.asarray(primaries * np.linalg.solve(primaries, white))
 
 
-def xyz_to_rgb(xyz: Colors) -> npt.NDArray[np.float64]:
+def xyz_to_rgb(xyz: Colors) -> Doubles:
     """Linear Rec. 709 RGB from CIE 1931 XYZ, shape (..., 3); Y of (f, f, f) is f (ITU-R BT.709)."""
     to_rgb = np.linalg.inv(rgb_to_xyz_matrix(REC_709))
     return np.asarray(np.asarray(xyz, np.float64) @ to_rgb.T)
 
 
 def tone_map(image: Floats, gamma: float = GAMMA) -> Floats:
-    """Clip linear values of any shape to [0, 1] and apply a gamma curve (NBRDF paper,
-    section 3.2).
-    """
+    """Clip linear values to [0, 1] and apply a gamma curve (NBRDF paper, section 3.2)."""
     mapped: Floats = np.clip(image, 0.0, 1.0) ** (1.0 / gamma)
     return mapped
 

@@ -201,9 +201,7 @@ def load_brdf(path: PathLike, material: str | None = None, **options: Any) -> Br
 
 
 def load_btf(path: PathLike, **options: Any) -> Btf:
-    """Read a texture as :func:`load`. Raises FormatError as that, or if the file is one
-    material.
-    """
+    """Read a texture as :func:`load`; also raises FormatError if the file is one material."""
     return cast(Btf, _load(path, "btf", None, options))
 
 

@@ -99,9 +99,7 @@ def polar_sine(w: Components) -> Array:
 
 
 def azimuth(w: Components) -> tuple[Array, Array, Array]:
-    """Cosine and sine of the azimuth of a unit vector (0 at the pole), and the sine of its polar
-    angle.
-    """
+    """Cosine and sine of a unit vector's azimuth (0 at the pole), and the polar sine."""
     xp = namespace(*w)
     sin_theta = polar_sine(w)
     pole = sin_theta <= 2.0 * _POLE  # roots of graphics cards are not exact

@@ -11,11 +11,12 @@ import numpy as np
 
 from nacre.analytic.factor import FactoredBrdf
 from nacre.analytic.model import AnalyticBrdf, Values
+from nacre.array import Doubles
 from nacre.brdf import Brdf, expect_brdf
 from nacre.errors import NacreError
 from nacre.geometry import join, rotate, split
 from nacre.numerics.direction_samples import DirectionSamples
-from nacre.numerics.levenberg_marquardt import Vector, minimize
+from nacre.numerics.levenberg_marquardt import minimize
 from nacre.runtime.parallel import one_blas_thread, thread_map
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling import check_isotropic, draw_samples
@@ -136,7 +137,7 @@ class _Problem:
         self.wi, self.wo = (tuple(np.ascontiguousarray(c) for c in split(w)) for w in pairs)
         self.targets = np.log1p(gain * np.maximum(samples.rgb[:count].T, 0.0) * self.wi[2])
 
-    def values(self, free: Vector) -> Values:
+    def values(self, free: Doubles) -> Values:
         values: dict[str, Any] = {}
         start = 0
         for p in self.parameters:
@@ -145,19 +146,19 @@ class _Problem:
             start += p.size
         return values
 
-    def start(self, random: np.random.Generator) -> Vector:
+    def start(self, random: np.random.Generator) -> Doubles:
         fractions = [(p, random.random()) for p in self.parameters]
         return np.concatenate([np.full(p.size, p.to_free(p.at(u))) for p, u in fractions])
 
-    def residuals(self, free: Vector) -> Vector:
+    def residuals(self, free: Doubles) -> Doubles:
         """Differences of logarithms, shape (3, n)."""
         rgb = self.formula(self.values(free), self.wi, self.wo)  # type: ignore[arg-type]
         cosine = self.gain * self.wi[2]
-        logs: Vector = np.stack([np.log1p(cosine * np.maximum(c, 0.0)) for c in rgb])
+        logs: Doubles = np.stack([np.log1p(cosine * np.maximum(c, 0.0)) for c in rgb])
         logs -= self.targets
         return logs
 
-    def jacobian(self, free: Vector, residuals: Vector) -> Vector:
+    def jacobian(self, free: Doubles, residuals: Doubles) -> Doubles:
         """Derivatives of the residuals, shape (sizes, 3, n), by differences.
 
         A color has one difference for its three parameters: each acts on its own channel.
@@ -187,7 +188,7 @@ def _loss(brdf: Brdf, samples: DirectionSamples, gain: float) -> float:
     return float(np.abs(found - truth).mean())
 
 
-def _minimum(problem: _Problem, iterations: int, free: Vector) -> tuple[Vector, float]:
+def _minimum(problem: _Problem, iterations: int, free: Doubles) -> tuple[Doubles, float]:
     with np.errstate(all="ignore"):  # of this thread
         return minimize(problem.residuals, problem.jacobian, free, iterations, _LIMIT)
 
@@ -200,7 +201,7 @@ def _search(
     candidates = [problem.start(np.random.default_rng((seed, 2, k))) for k in range(starts)]
     counts = [max(1, starts // 4**k) for k in range(len(_ROUNDS))]
     done, total = 0, sum(counts)
-    best: list[tuple[float, int, Vector]] = []
+    best: list[tuple[float, int, Doubles]] = []
     for (size, iterations), going in zip(_ROUNDS, counts, strict=True):
         best = []
         work = partial(_minimum, problem_of(size), iterations)

@@ -51,9 +51,7 @@ def model_lobes(model: AnalyticBrdf) -> Sampler:
 
 
 def highlight_share(model: AnalyticBrdf) -> float:
-    """Part of a model's albedo at normal incidence beside the Lambertian one; 0 for
-    what is black.
-    """
+    """Part of a model's albedo at normal incidence beside the Lambertian one; 0 for black."""
     base = float(np.mean(model.values[DIFFUSE.name]))
     # Nodes stand as the squares of even steps, densely about the mirror direction.
     step = (np.arange(_NODES) + 0.5) / _NODES

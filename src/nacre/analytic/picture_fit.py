@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 
 from nacre.analytic.model import CHANNELS, AnalyticBrdf, Parameter
-from nacre.array import Floats
+from nacre.array import Doubles, Floats
 from nacre.brdf import Brdf
 from nacre.color import GAMMA, displayed
 from nacre.compile.adjustable import AdjustableFunction
 from nacre.errors import NacreError
-from nacre.numerics.levenberg_marquardt import Vector, minimize
+from nacre.numerics.levenberg_marquardt import minimize
 from nacre.runtime.progress import Progress
 from nacre.sampling.lit_views import LAMPS, SHARPNESS, lit_spheres, lit_views
 
@@ -90,13 +90,13 @@ class _Problem:
         self._tint = seen / seen.max()
         self.weigh((1.0, 1.0))
 
-    def values(self, free: Vector) -> dict[str, Any]:
+    def values(self, free: Doubles) -> dict[str, Any]:
         return {
             p.name: p.from_free(free[part]).clip(p.low, p.high).reshape(p.shape)
             for p, part in zip(self.numbers, self._parts, strict=True)
         }
 
-    def start(self, random: np.random.Generator) -> Vector:
+    def start(self, random: np.random.Generator) -> Doubles:
         """Parameters to start from; every other color has the tint of the material."""
         free = []
         for p in self.numbers:
@@ -115,32 +115,30 @@ class _Problem:
             for error, target in zip(errors, self.pictures.target, strict=True)
         ]
 
-    def _differences(self, free: Vector) -> list[Floats]:
+    def _differences(self, free: Doubles) -> list[Floats]:
         f_r = self._function(self.values(free), self.pictures.wi, self.pictures.wo)
         f_r[~np.isfinite(f_r)] = 0.0
         shown = self.pictures.shown(f_r)
         return [s - t for s, t in zip(shown, self.pictures.target, strict=True)]
 
-    def residuals(self, free: Vector) -> Vector:
+    def residuals(self, free: Doubles) -> Doubles:
         """Weighted differences, shape (n,)."""
         parts = zip(self._weights, self._differences(free), strict=True)
         return np.concatenate([weight * part for weight, part in parts])
 
-    def jacobian(self, free: Vector, _: Vector) -> Vector:
+    def jacobian(self, free: Doubles, _: Doubles) -> Doubles:
         """Derivatives of the residuals, shape (parameters, n), by differences."""
         steps = _STEP * np.eye(len(free))
         rows = [self.residuals(free + step) - self.residuals(free - step) for step in steps]
         return np.stack(rows) / (2.0 * _STEP)
 
-    def errors(self, free: Vector) -> tuple[float, float]:
+    def errors(self, free: Doubles) -> tuple[float, float]:
         """Mean squared errors of both kinds of pictures."""
         first, second = (float(np.mean(part * part)) for part in self._differences(free))
         return first, second
 
-    def minimum(self, start: Vector, steps: int) -> tuple[Vector, float]:
-        """Parameters near a start with the smallest errors, and the sum of the errors'
-        logarithms.
-        """
+    def minimum(self, start: Doubles, steps: int) -> tuple[Doubles, float]:
+        """Parameters near a start with the smallest errors, and the sum of their logarithms."""
         found, _ = minimize(self.residuals, self.jacobian, start, steps, _LIMIT, squares=True)
         return found, sum(math.log(error + _FLOOR) for error in self.errors(found))
 
@@ -159,7 +157,7 @@ def fit_pictures(
     going = max(1, starts // 8)
     done, total = 0, starts + going + 1
 
-    def reported(found: tuple[Vector, float]) -> tuple[Vector, float]:
+    def reported(found: tuple[Doubles, float]) -> tuple[Doubles, float]:
         nonlocal done
         done += 1
         report("fitting", done, total, f"{_decibels(math.exp(0.5 * found[1])):.1f} dB")

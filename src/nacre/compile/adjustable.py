@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Array, Components, Table
+from nacre.array import Array, Components, Table, Weights
 from nacre.compile.trace import Traced
 from nacre.compile.vectorized import VectorFunction
 
@@ -45,9 +45,9 @@ class AdjustableFunction:
     def __call__(
         self,
         values: Mapping[str, npt.ArrayLike],
-        a: npt.NDArray[np.float32],
-        b: npt.NDArray[np.float32],
-    ) -> npt.NDArray[np.float32]:
+        a: Weights,
+        b: Weights,
+    ) -> Weights:
         """The vectors, shape (n, 3), for n pairs of shape (n, 3), contiguous."""
         for name, place in self._places.items():
             place[...] = values[name]
@@ -55,7 +55,7 @@ class AdjustableFunction:
         return found
 
 
-def _traced(place: npt.NDArray[np.float32], like: Traced) -> Any:
+def _traced(place: Weights, like: Traced) -> Any:
     """A stand-in for numbers that are not known yet: they are gathered from where they will be."""
     if place.ndim == 2:
         return Table(place)

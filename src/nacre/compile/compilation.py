@@ -76,9 +76,7 @@ class _Implementation(CompileResultCacheImpl):  # type: ignore[misc]
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]
-    """Numba's cache in that folder; functions are compiled anew where it cannot be read
-    or written.
-    """
+    """Numba's cache in that folder; functions are compiled anew if it cannot be used."""
 
     _impl_class = _Implementation
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Array, Components, Floats, namespace
+from nacre.array import Array, Components, Floats, Weights, namespace
 from nacre.compile.data import as_data
 from nacre.io.memory import available_memory
 from nacre.objects.frozen import Frozen
@@ -37,9 +37,7 @@ _MIN_MEMORY = 256 << 20
 _known: dict[tuple[int, Formula], VectorFunction | None] = {}
 
 
-def compiled(
-    owner: Frozen, formula: Formula, **named: npt.ArrayLike
-) -> list[npt.NDArray[np.float32]] | None:
+def compiled(owner: Frozen, formula: Formula, **named: npt.ArrayLike) -> list[Weights] | None:
     """A formula of an object on two arrays of shapes (..., 3) that broadcast, by machine code.
 
     None where a number is float64, where the formula does not compile, and where shapes do not fit:
@@ -153,9 +151,7 @@ def _squared_lengths(flat: Floats) -> Floats:
 
 
 def _below_one(name: str, u: Floats) -> Floats:
-    """Numbers, checked; 1, to which random numbers may have been rounded, becomes the
-    one below it.
-    """
+    """Numbers, checked; 1, to which random numbers may be rounded, becomes the one below it."""
     off = ~((u >= 0.0) & (u <= 1.0))
     if off.any():
         worst = u[off][np.argmax(np.abs(u[off] - 0.5))]

@@ -16,7 +16,7 @@ import llvmlite.binding as llvm
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Array, Components
+from nacre.array import Array, Components, Weights
 from nacre.compile.code_folder import code_folder
 from nacre.compile.trace import FLOAT, MASK, Trace
 from nacre.compile.vector_code import LANES, Program, module
@@ -25,7 +25,6 @@ from nacre.runtime.parallel import thread_slices
 Outputs: TypeAlias = tuple[Array | Components, ...]
 Formula: TypeAlias = Callable[[Components, Components], tuple[Outputs, Array]]
 """From two vectors to arrays, of a value or a vector each, and whether an input is at fault."""
-Vectors32: TypeAlias = npt.NDArray[np.float32]
 
 _PARALLEL = 100_000  # pairs from which all cores work
 _SLICE = 1 << 15  # pairs that a core takes at a time
@@ -56,7 +55,7 @@ class VectorFunction:
         self._pointers = _pointers(self._tables)
         self._run = _compiled(program)
 
-    def __call__(self, a: Vectors32, b: Vectors32) -> tuple[list[Vectors32], bool]:
+    def __call__(self, a: Weights, b: Weights) -> tuple[list[Weights], bool]:
         """Arrays of shape (n, 3) or (n,) for n pairs of vectors (n, 3), contiguous, and whether one
         was at fault.
         """
@@ -69,7 +68,7 @@ class VectorFunction:
         )
         return outputs, any(faults)
 
-    def _part(self, a: Vectors32, b: Vectors32, outputs: Sequence[Vectors32]) -> bool:
+    def _part(self, a: Weights, b: Weights, outputs: Sequence[Weights]) -> bool:
         whole = len(a) // LANES * LANES
         fault = self._panels(a[:whole], b[:whole], outputs) if whole else False
         if whole == len(a):
@@ -82,7 +81,7 @@ class VectorFunction:
             output[whole:] = values[: len(a) - whole]
         return fault
 
-    def _panels(self, a: Vectors32, b: Vectors32, outputs: Sequence[Vectors32]) -> bool:
+    def _panels(self, a: Weights, b: Weights, outputs: Sequence[Weights]) -> bool:
         where = _pointers(outputs)
         arrays = a, b, self._numbers, self._pointers, where
         return bool(self._run(len(a) // LANES, *(array.ctypes.data for array in arrays)))
@@ -97,9 +96,7 @@ def _pointers(arrays: Sequence[npt.NDArray[Any]]) -> npt.NDArray[np.uintp]:
 
 
 def _compiled(program: Program) -> Any:
-    """The function of a program, compiled once per machine; callable without the
-    interpreter lock.
-    """
+    """A program's function, compiled once per machine, that needs no interpreter lock."""
     with _lock:
         if program not in _loaded:
             engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _target())

@@ -29,9 +29,7 @@ class BinaryReader:
         return bytes(self.data[start : start + length])
 
     def skip(self, length: int, what: str) -> int:
-        """Move on by a number of bytes, which is never too large for Python; returns the position
-        before.
-        """
+        """Move on by a number of bytes, of any size; returns the position before."""
         start = self.position
         if start + length > len(self.data):
             raise FormatError(f"{self.path}: ends within {what}; the file is cut short or damaged")

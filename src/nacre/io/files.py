@@ -242,9 +242,7 @@ def append_line(path: PathLike, line: str) -> None:
 
 
 def abandoned(folder: PathLike) -> list[Path]:
-    """Temporary files of :func:`atomic_path` in a folder, whose processes were killed or are
-    working.
-    """
+    """Temporary files of :func:`atomic_path` in a folder, of killed or working processes."""
     with os.scandir(folder) as entries:
         return [Path(entry.path) for entry in entries if _TEMPORARY.fullmatch(entry.name)]
 

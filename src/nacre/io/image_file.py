@@ -280,9 +280,7 @@ def read_bitmap(path: PathLike) -> Any:
 
 
 def _source(data: bytes, path: PathLike) -> Any:
-    """What Mitsuba should decode for a file: the file itself, or bytes where it would
-    misread that.
-    """
+    """What Mitsuba should decode: the file itself, or bytes where it would misread that."""
     changed = None
     if data.startswith(PNG_MAGIC):
         # Must be whole: Mitsuba does not notice that a stream in memory ends.

@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Weights
+
 MAGIC = b"#?"
 _SIZE = re.compile(rb"-Y +(\d{1,9}) +\+X +(\d{1,9}) *\r?\n")
 _FORMAT = b"FORMAT=32-bit_rle_"
@@ -42,7 +44,7 @@ def parse_header(data: bytes) -> Header:
     return Header(int(size[1]), int(size[2]), size.end(), formats == {_FORMAT + b"xyze"})
 
 
-def decode(data: bytes, header: Header) -> npt.NDArray[np.float32]:
+def decode(data: bytes, header: Header) -> Weights:
     """Linear pixels of a whole file, shape (height, width, 3); ValueError if some are missing."""
     height, width, place, _ = header
     if place + 4 * height > len(data):
@@ -81,7 +83,7 @@ def _unpack(data: bytes, place: int, row: npt.NDArray[np.uint8], width: int) -> 
     return place
 
 
-def _linear(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
+def _linear(pixels: npt.NDArray[np.uint8]) -> Weights:
     """Values of three mantissas and an exponent; those without an exponent are 0."""
     exponents = pixels[..., 3:].astype(np.int32)
     scale = np.where(exponents > 0, np.ldexp(np.float32(1.0), exponents - 136), np.float32(0.0))

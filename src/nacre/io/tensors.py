@@ -88,9 +88,7 @@ def check_unit_vectors(tensors: Tensors) -> None:
 
 
 def check_numbers(tensors: Tensors, largest: float) -> None:
-    """Raise ValueError, with the name of the tensor, for numbers that are not finite, or whose
-    products could overflow.
-    """
+    """Raise ValueError, naming the tensor, for numbers that are not finite or too large."""
     for name, array in tensors.items():
         with np.errstate(over="ignore"):  # of a bound that half precision does not hold
             fine = (np.abs(array) < largest).all()
@@ -116,9 +114,7 @@ def in_precision(tensors: Tensors, precision: str | None, largest: float = _LARG
 
 
 def in_single(tensors: Tensors, largest: float = _LARGEST) -> Tensors:
-    """What :func:`in_precision` returned, in single precision; a ValueError if it
-    cannot be that.
-    """
+    """What :func:`in_precision` returned, in single precision; ValueError if it is not that."""
     kinds = {array.dtype for array in tensors.values()}
     if len(kinds) != 1 or not kinds <= set(PRECISIONS.values()):
         raise ValueError("weights are not float32 or float16 numbers, all alike")

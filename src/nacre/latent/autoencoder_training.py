@@ -22,12 +22,13 @@ from typing import Any
 import numpy as np
 
 from nacre.analytic import labels
+from nacre.array import Doubles, Weights
 from nacre.brdf import Brdf, Sampler
 from nacre.color import GAMMA
 from nacre.errors import NacreError
 from nacre.latent.autoencoder import Autoencoder
 from nacre.latent.descent import Tensor, descend, free_layer, torch
-from nacre.latent.directions import Floats, isotropic_inputs, sampled
+from nacre.latent.directions import isotropic_inputs, sampled
 from nacre.latent.distillation import Distillation
 from nacre.latent.predictor_training import with_labels, with_predictors
 from nacre.latent.recipes import AutoencoderRecipe, PredictorRecipe
@@ -42,7 +43,6 @@ from nacre.latent.weights import (
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import OUTPUTS, NeuralBrdf
 from nacre.numerics.mlp import SILU, Layer, forward
-from nacre.numerics.pca import Double
 from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress
 
@@ -83,7 +83,7 @@ def train_autoencoder(
 
 
 def _predicting(
-    autoencoder: Autoencoder, orders: Floats, recipe: AutoencoderRecipe, report: Progress
+    autoencoder: Autoencoder, orders: Weights, recipe: AutoencoderRecipe, report: Progress
 ) -> Autoencoder:
     """An autoencoder that knows codes of its training materials and, unless the recipe says
     otherwise, predicts lobes from codes, by variance and by labels
@@ -101,12 +101,12 @@ def _predicting(
     return with_labels(found, _labels(orders[:, 0], recipe.seed, report), settings, report)
 
 
-def _labels(networks: Floats, seed: int, report: Progress) -> dict[str, list[Sampler]]:
+def _labels(networks: Weights, seed: int, report: Progress) -> dict[str, list[Sampler]]:
     """Lobes of models fitted to networks (m, 675), by family."""
     found: dict[str, list[Sampler]] = {family: [] for family in labels.MODELS}
     total = len(found) * len(networks)
 
-    def fitted(pair: tuple[str, Floats]) -> Sampler:
+    def fitted(pair: tuple[str, Weights]) -> Sampler:
         family, weights = pair
         return labels.fitted_lobes(NeuralBrdf(network_layers(weights)), family, seed)
 
@@ -122,9 +122,9 @@ def _labels(networks: Floats, seed: int, report: Progress) -> dict[str, list[Sam
 class _Training:
     def __init__(
         self,
-        weights: Floats,
-        metric: Double,
-        pixels: tuple[Floats, Floats],
+        weights: Weights,
+        metric: Doubles,
+        pixels: tuple[Weights, Weights],
         recipe: AutoencoderRecipe,
     ) -> None:
         self._recipe = recipe
@@ -189,7 +189,7 @@ class _Training:
         values = forward(codes, self._layers[2:], SILU)
         return values * torch.from_numpy(self._scale) + torch.from_numpy(self._center)
 
-    def autoencoder(self, common: Floats, metadata: dict[str, Any]) -> Autoencoder:
+    def autoencoder(self, common: Weights, metadata: dict[str, Any]) -> Autoencoder:
         """The autoencoder, for plain weights and codes of mean 0 and variance 1."""
         with torch.no_grad():
             codes = self._codes(self._seen.reshape(-1, COUNT)).double().numpy()
@@ -212,7 +212,7 @@ class _Training:
         )
 
 
-def lit_pixels() -> tuple[Floats, Floats]:
+def lit_pixels() -> tuple[Weights, Weights]:
     """Directions to the light and to the viewer at the pixels of spheres, shapes (n, 3), each lit
     by one light from the upper left.
     """
@@ -233,16 +233,14 @@ def lit_pixels() -> tuple[Floats, Floats]:
     return wi[lit], wo[lit]
 
 
-def _root(metric: Double) -> Floats:
+def _root(metric: Doubles) -> Weights:
     """R, shape (675, 675), float32, with R R^T = M: the squared length of d R is d M d."""
     values, vectors = np.linalg.eigh(metric)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)), np.float32)
 
 
-def _deviations(deviations: Floats) -> Floats:
-    """For every weight, the root mean square deviation of the weights of the same kind
-    and layer.
-    """
+def _deviations(deviations: Weights) -> Weights:
+    """Root mean square deviations of the weights of the same kind and layer, for every weight."""
     parts, start = [], 0
     for rows, columns in SHAPES:
         for size in (rows * columns, columns):

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Weights
+from nacre.array import Doubles, Weights
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.io.tensors import Tensors
@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from nacre.latent.prior import Prior
 
 LARGEST = 1e6  # bound of values of codes and of numbers of bases: products of them stay finite
-
-Vector = npt.NDArray[np.float64]
 
 
 class LatentBasis(Described):
@@ -151,7 +149,7 @@ class LatentBasis(Described):
 
     def encode(
         self, source: Brdf | DirectionSamples, *, refine: bool = True, seed: int = 0
-    ) -> Vector:
+    ) -> Doubles:
         """The code of an isotropic material that comes closest in pictures, shape (code_dim,), in
         standard deviations of the training materials.
 
@@ -189,10 +187,10 @@ class LatentBasis(Described):
             raise NacreError(f"the basis {self.kind!r} finds no code from samples alone")
         return self._posterior(samples, free_scale)
 
-    def _refined(self, brdf: Brdf, seed: int) -> Vector:
+    def _refined(self, brdf: Brdf, seed: int) -> Doubles:
         raise NotImplementedError
 
-    def _projected(self, brdf: Brdf) -> Vector:
+    def _projected(self, brdf: Brdf) -> Doubles:
         raise NotImplementedError
 
     def _posterior(self, samples: DirectionSamples, free_scale: bool) -> Posterior:

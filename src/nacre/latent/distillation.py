@@ -12,7 +12,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nacre.latent.directions import Floats, isotropic_inputs, shared_directions
+from nacre.array import Weights
+from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.latent.recipes import GAIN
 from nacre.latent.weights import flat_weights, network_layers
 from nacre.neural.inputs import PAPER
@@ -49,7 +50,7 @@ class Distillation:
         self.wi, self.wo = shared_directions(DIRECTIONS, seed)
         self._inputs = isotropic_inputs(self.wi, self.wo, PAPER)
 
-    def common(self, f_r: Sequence[Floats]) -> Floats:
+    def common(self, f_r: Sequence[Weights]) -> Weights:
         """Weights of a network of what is common to materials, shape (675,), the same by channel.
 
         That is the mean of ln(f_r + 1) over materials and channels. Each `f_r` is in 1/sr, shape
@@ -63,18 +64,18 @@ class Distillation:
         alike = Layer(np.repeat(matrix[:, None], 3, axis=1), np.full(3, bias))
         return flat_weights([*hidden, alike])
 
-    def weights(self, common: Floats, f_r: Floats) -> Floats:
+    def weights(self, common: Weights, f_r: Weights) -> Weights:
         """Weights of a material's network that starts from the common one, shape (675,)."""
         return flat_weights(self._fit(network_layers(common), f_r, self._short))
 
     def networks(
-        self, common: Floats, f_r: Sequence[Floats], mixtures: int, report: Progress
-    ) -> Floats:
+        self, common: Weights, f_r: Sequence[Weights], mixtures: int, report: Progress
+    ) -> Weights:
         """Weights (n, 675) of networks of two or more materials, then of mixtures of them."""
         total, found = len(f_r) + mixtures, []
         mean = _mean_logarithm(f_r)
 
-        def fitted(index: int) -> Floats:
+        def fitted(index: int) -> Weights:
             known = index < len(f_r)
             return self.weights(
                 common, f_r[index] if known else _mixture(f_r, mean, (self.seed, 5, index))
@@ -85,7 +86,7 @@ class Distillation:
             report("networks", len(found), total, "")
         return np.stack(found)
 
-    def _fit(self, layers: Sequence[Layer], f_r: Floats, recipe: Recipe) -> list[Layer]:
+    def _fit(self, layers: Sequence[Layer], f_r: Weights, recipe: Recipe) -> list[Layer]:
         from nacre.neural.kernel import KernelTrainer
 
         known = f_r[:, 0] >= 0.0
@@ -95,7 +96,7 @@ class Distillation:
         return trainer.layers()
 
 
-def _mean_logarithm(rows: Sequence[Floats]) -> Floats:
+def _mean_logarithm(rows: Sequence[Weights]) -> Weights:
     """Mean of ln f_r over channels and the materials that are known, shape (directions, 1)."""
     total = np.zeros((len(rows[0]), 1), np.float32)
     count = np.zeros_like(total)
@@ -106,7 +107,7 @@ def _mean_logarithm(rows: Sequence[Floats]) -> Floats:
     return np.asarray(total / np.maximum(count, 1.0), np.float32)
 
 
-def _mixture(rows: Sequence[Floats], mean: Floats, seed: tuple[int, ...]) -> Floats:
+def _mixture(rows: Sequence[Weights], mean: Weights, seed: tuple[int, ...]) -> Weights:
     """f_r of a mixture of one to four materials in the logarithm, each with its channels permuted.
 
     Weights add up to 1, and some may be negative: new materials are not between known ones. A
@@ -130,5 +131,5 @@ def _mixture(rows: Sequence[Floats], mean: Floats, seed: tuple[int, ...]) -> Flo
     return np.where(known, f_r, -1.0).astype(np.float32)
 
 
-def _logarithm(f_r: Floats) -> Floats:
+def _logarithm(f_r: Weights) -> Weights:
     return np.log(np.maximum(f_r, _MIN))

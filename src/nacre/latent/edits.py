@@ -20,7 +20,7 @@ import numpy as np
 
 from nacre.analytic import Ggx
 from nacre.analytic.fitting import fit
-from nacre.array import Floats
+from nacre.array import Doubles, Floats
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.geometry import split
@@ -28,7 +28,6 @@ from nacre.latent.basis import LatentBasis
 from nacre.latent.directions import shared_directions
 from nacre.latent.neural_basis import NeuralBasis, decoded
 from nacre.numerics.channels import CHROMA
-from nacre.numerics.pca import Double
 from nacre.runtime.progress import Progress, silent
 
 STEP = math.log(1.5)
@@ -52,8 +51,8 @@ class Traits(NamedTuple):
     roughness: float  # natural logarithm of alpha
     coat: float  # logarithm of the mean of F0 over the channels and a thousandth
     base: float  # the same of the diffuse albedo
-    coat_color: Double  # chroma components of the logarithm of F0, shape (2,)
-    base_color: Double  # the same of the diffuse albedo
+    coat_color: Doubles  # chroma components of the logarithm of F0, shape (2,)
+    base_color: Doubles  # the same of the diffuse albedo
 
     @property
     def metalness(self) -> float:
@@ -73,10 +72,10 @@ class Edit:
     name: str
     opposite: str  # word for amounts below 0, as after "make it"; `name` is that for amounts above
     about: str  # a sentence on what an amount of 1 does
-    offset: Double  # shape (k,)
-    matrix: Double  # shape (k, k); 0 where the direction is the same everywhere
+    offset: Doubles  # shape (k,)
+    matrix: Doubles  # shape (k, k); 0 where the direction is the same everywhere
 
-    def apply(self, code: Floats, amount: float) -> Double:
+    def apply(self, code: Floats, amount: float) -> Doubles:
         """A code (k,) moved by an amount; -2 to 2 are sensible."""
         values = np.asarray(code, np.float64)
         return np.asarray(values + amount * (self.offset + self.matrix @ values), np.float64)
@@ -151,24 +150,24 @@ def _traits(model: Ggx) -> Traits:
     return _named(_free(model))
 
 
-def _named(free: Double) -> Traits:
+def _named(free: Doubles) -> Traits:
     """Traits from logarithms of alpha, F0 and the diffuse albedo, shape (7,)."""
     parts = np.exp(free[1:4]), np.exp(free[4:])
     coat, base = (math.log(part.mean() + _DARK) for part in parts)
     return Traits(float(free[0]), coat, base, *map(_color, parts))
 
 
-def _color(rgb: Double) -> Double:
+def _color(rgb: Doubles) -> Doubles:
     return np.asarray(CHROMA @ np.log(np.maximum(rgb, _GRAY * rgb.mean() + 0.01 * _DARK)))
 
 
-def _free(model: Ggx) -> Double:
+def _free(model: Ggx) -> Doubles:
     """Logarithms of alpha, F0 and the diffuse albedo of a fit, shape (7,)."""
     values = [np.atleast_1d(model.values[name]) for name in ("roughness", "specular", "diffuse")]
     return np.asarray(np.log(np.maximum(np.concatenate(values), 0.01 * _DARK)), np.float64)
 
 
-def _effects(basis: NeuralBasis, codes: Double, fits: list[Ggx]) -> Double:
+def _effects(basis: NeuralBasis, codes: Doubles, fits: list[Ggx]) -> Doubles:
     """Derivatives of the seven numbers of the traits of materials by their codes, (m, 7, k).
 
     A fit moves to where the derivatives of its squared errors are 0 again, to first order.
@@ -178,7 +177,7 @@ def _effects(basis: NeuralBasis, codes: Double, fits: list[Ggx]) -> Double:
     cosine = _GAIN * wi[:, 2:].astype(np.float64)
     common, rows = basis.logarithms(wi, wo)
 
-    def logarithms(free: Double) -> Double:
+    def logarithms(free: Doubles) -> Doubles:
         alpha, coat, base = np.split(np.exp(free), [1, 4])
         values = {"roughness": float(alpha[0]), "specular": tuple(coat), "diffuse": tuple(base)}
         rgb = Ggx.formula(values, light, view)  # type: ignore[arg-type]
@@ -200,13 +199,13 @@ def _effects(basis: NeuralBasis, codes: Double, fits: list[Ggx]) -> Double:
     return np.array(found)
 
 
-def _weights(effects: Double) -> Double:
+def _weights(effects: Doubles) -> Doubles:
     """Weights (m, q) of effects (m, q, k): those far above the median count little."""
     lengths = np.linalg.norm(effects, axis=2)
     return np.asarray(1.0 / (1.0 + np.square(lengths / np.median(lengths, axis=0))))
 
 
-def _gray_directions(effects: Double, luma: int) -> Double:
+def _gray_directions(effects: Doubles, luma: int) -> Doubles:
     """Columns (k, 3) that change roughness, coat and base, each alone, of the luma only."""
     rows = effects[:, :3, :luma]
     weights = _weights(rows)[..., None]
@@ -218,7 +217,7 @@ def _gray_directions(effects: Double, luma: int) -> Double:
     return found
 
 
-def _coat_color_direction(effects: Double, basis: NeuralBasis) -> Double:
+def _coat_color_direction(effects: Doubles, basis: NeuralBasis) -> Doubles:
     """Values (p,) for the pairs that change the color of the coat and leave that of the base.
 
     The effects on colors are, like the pairs, the same for channels in another order: in each block
@@ -232,7 +231,7 @@ def _coat_color_direction(effects: Double, basis: NeuralBasis) -> Double:
     return np.asarray(np.linalg.solve(normal, weighed[:, 0].sum(axis=0)))
 
 
-def _base_color_reading(basis: NeuralBasis, codes: Double, found: list[Traits]) -> Double:
+def _base_color_reading(basis: NeuralBasis, codes: Doubles, found: list[Traits]) -> Doubles:
     """Weights (1, p) by which the pairs of a code add up to the color of its base."""
     pairs = codes[:, basis.luma :].reshape(len(codes), basis.chroma, 2)
     rows = pairs.swapaxes(1, 2).reshape(-1, basis.chroma)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Doubles
 from nacre.brdf import Brdf
 from nacre.errors import FormatError
 from nacre.latent.basis import CodedBrdf, LatentBasis
@@ -18,7 +19,6 @@ from nacre.latent.intervals import interval, reflectance_interval
 from nacre.latent.posterior import Posterior
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.neural import NeuralBrdf
-from nacre.numerics.pca import Double
 from nacre.sampling.lit_views import lit_views
 
 FEW = 200
@@ -115,7 +115,7 @@ def plausible(material: Brdf, basis: LatentBasis | None = None) -> list[CodedBrd
         raise FormatError(f"{name}: plausible materials: {error}") from error
 
 
-def albedo_interval(materials: Sequence[CodedBrdf]) -> tuple[Double, Double]:
+def albedo_interval(materials: Sequence[CodedBrdf]) -> tuple[Doubles, Doubles]:
     """Ends (3,) of the 90 % interval of the albedo for light along the normal, linear RGB."""
     lit = lit_views(0, [0.0], directions=512, lights=1)
     pairs = lit.wi.reshape(-1, 3), lit.wo.reshape(-1, 3)

@@ -19,10 +19,11 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Doubles
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.io.tensors import Tensors
-from nacre.latent.basis import LatentBasis, Vector
+from nacre.latent.basis import LatentBasis
 from nacre.latent.neural_basis import NeuralBasis
 from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.posterior import Posterior
@@ -33,7 +34,6 @@ from nacre.neural.nbrdf import OUTPUTS
 from nacre.numerics.channels import CHROMA
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.numerics.mlp import SILU_BY_TANH, Layer, dense
-from nacre.numerics.pca import Double
 
 COLUMN = SIZES[-2] + 1  # weights and bias of one output
 HIDDEN_COUNT = COUNT - OUTPUTS * COLUMN  # weights and biases of the hidden layers
@@ -88,7 +88,7 @@ class Hypernetwork(WeightBasis):
     def prior(self) -> Prior:
         return self.basis.prior
 
-    def weights(self, codes: npt.ArrayLike) -> Double:
+    def weights(self, codes: npt.ArrayLike) -> Doubles:
         values = np.asarray(codes, np.float64)
         luma, pairs = np.split(values, [self.basis.luma], axis=1)
         pairs = pairs.reshape(len(values), self.basis.chroma, 2)
@@ -102,7 +102,7 @@ class Hypernetwork(WeightBasis):
         last = columns.transpose(0, 2, 1).reshape(len(values), -1)
         return np.concatenate([hidden, last], axis=1)
 
-    def _start(self, brdf: Brdf, errors: PictureErrors) -> Vector:
+    def _start(self, brdf: Brdf, errors: PictureErrors) -> Doubles:
         return self.basis.closest(errors)
 
     def _posterior(self, samples: DirectionSamples, free_scale: bool) -> Posterior:

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Doubles
 from nacre.brdf import Brdf
 from nacre.latent.posterior import UNEXPLAINED
-from nacre.numerics.pca import Double
 
 FRACTION = 0.9
 """How often the truth should lie inside an interval."""
@@ -17,7 +17,7 @@ FRACTION = 0.9
 _SMALLEST = 1e-9  # f_r in 1/sr below which it counts as this: black has no logarithm
 
 
-def interval(values: npt.ArrayLike, fraction: float = FRACTION) -> tuple[Double, Double]:
+def interval(values: npt.ArrayLike, fraction: float = FRACTION) -> tuple[Doubles, Doubles]:
     """Ends (...) between which a fraction of values (m, ...) lies, with as many below as above."""
     tail = 0.5 * (1.0 - fraction)
     low, high = np.quantile(np.asarray(values, np.float64), (tail, 1.0 - tail), axis=0)
@@ -29,7 +29,7 @@ def reflectance_interval(
     wi: npt.ArrayLike,
     wo: npt.ArrayLike,
     fraction: float = FRACTION,
-) -> tuple[Double, Double]:
+) -> tuple[Doubles, Doubles]:
     """Lower and upper ends of f_r in 1/sr at pairs of directions, linear RGB, shapes (..., 3).
 
     Where the materials leave ln f_r uncertain, what no code explains adds to it. In integrals over

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.brdf import Sampler
 from nacre.numerics.mlp import TANH, Layer, forward, widths
 from nacre.sampling.parametrizations import Parametrization, find_parametrization
@@ -40,6 +41,6 @@ class LobePredictor:
         """The sampler for a code of shape (k,)."""
         return self.parametrization.sampler(self.free(code))
 
-    def free(self, code: npt.ArrayLike) -> npt.NDArray[np.floating]:
+    def free(self, code: npt.ArrayLike) -> Floats:
         """Its free parameters, as many as the family's size."""
         return np.asarray(forward(np.asarray(code, np.float32), self.layers, TANH))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Doubles
 from nacre.errors import NacreError, require
 
 MIN_CODES = 5  # minimum number of materials, or texels, on a map
@@ -12,7 +13,7 @@ MIN_CODES = 5  # minimum number of materials, or texels, on a map
 _PERPLEXITY = 30.0
 
 
-def embed(codes: npt.ArrayLike, seed: int = 0, what: str = "materials") -> npt.NDArray[np.float64]:
+def embed(codes: npt.ArrayLike, seed: int = 0, what: str = "materials") -> Doubles:
     """Places of codes (n, k) in the plane by t-SNE (van der Maaten and Hinton 2008), shape (n, 2).
 
     The same seed gives the same map; `what` names the codes in errors. Raises NacreError if there
@@ -33,7 +34,7 @@ def embed(codes: npt.ArrayLike, seed: int = 0, what: str = "materials") -> npt.N
 
 def embed_into(
     codes: npt.ArrayLike, places: npt.ArrayLike, new: npt.ArrayLike, seed: int = 0
-) -> npt.NDArray[np.float64]:
+) -> Doubles:
     """Places of new codes on a map of others, which stay where they are (Poličar et al. 2024).
 
     `codes` (n, k) are what :func:`embed` took and `places` what it returned; `new` codes (m, k) get

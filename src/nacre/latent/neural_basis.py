@@ -22,10 +22,10 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Array, Components, Floats, Weights, namespace
+from nacre.array import Array, Components, Doubles, Floats, Weights, namespace
 from nacre.brdf import Brdf, Sampler
 from nacre.io.tensors import Tensors, check_numbers
-from nacre.latent.basis import LARGEST, CodedBrdf, Vector, integer, integers
+from nacre.latent.basis import LARGEST, CodedBrdf, integer, integers
 from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.picture_errors import PictureErrors
@@ -46,7 +46,6 @@ from nacre.numerics.channels import CHROMA, CHROMA_PERMUTATIONS
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.numerics.levenberg_marquardt import minimize
 from nacre.numerics.mlp import Layer, forward, widths
-from nacre.numerics.pca import Double
 from nacre.runtime.parallel import one_blas_thread
 from nacre.sampling import fit_lobes
 from nacre.sampling.parametrizations import BEST
@@ -125,7 +124,7 @@ class NeuralBasis(PredictingBasis):
         chroma = np.einsum("np,qc->pqnc", pairs, CHROMA).reshape(-1, len(values), OUTPUTS)
         return common, np.concatenate([np.repeat(luma.T[..., None], OUTPUTS, axis=2), chroma])
 
-    def channel_weights(self, code: npt.ArrayLike) -> Double:
+    def channel_weights(self, code: npt.ArrayLike) -> Doubles:
         """Weights of the functions in each channel, shape (1 + g + p, 3)."""
         values = np.asarray(code, np.float64)
         luma = np.repeat(values[: self.luma, None], OUTPUTS, axis=1)
@@ -153,20 +152,20 @@ class NeuralBasis(PredictingBasis):
     def prior(self) -> Prior:
         return Prior.about(self.orders())
 
-    def _refined(self, brdf: Brdf, seed: int) -> Vector:
+    def _refined(self, brdf: Brdf, seed: int) -> Doubles:
         with one_blas_thread():
             return self.closest(PictureErrors(brdf, seed))
 
-    def closest(self, errors: PictureErrors) -> Vector:
+    def closest(self, errors: PictureErrors) -> Doubles:
         """The code that minimizes the sum of absolute errors and of its own absolute values."""
         pull = PRIOR * np.eye(self.code_dim, dtype=np.float32)
         common, rows = self.logarithms(errors.wi, errors.wo)
 
-        def residuals(code: Vector) -> Floats:
+        def residuals(code: Doubles) -> Floats:
             own = (PRIOR * code).astype(np.float32)
             return np.concatenate([errors.errors(decoded(common, rows, code)), own])
 
-        def jacobian(code: Vector, _: Floats) -> Floats:
+        def jacobian(code: Doubles, _: Floats) -> Floats:
             f_r = decoded(common, rows, code)
             return np.concatenate([errors.slopes(f_r, rows * f_r), pull], axis=1)
 
@@ -189,7 +188,7 @@ class NeuralBasis(PredictingBasis):
         if free_scale:
             rows = np.concatenate([rows, LOOSE * np.ones_like(rows[:1])])
 
-        def linearized(mean: Vector) -> Linearized:
+        def linearized(mean: Doubles) -> Linearized:
             scaled = decoded(common, rows, mean) * cosine
             lit = scaled + DARK
             return Linearized(
@@ -198,7 +197,7 @@ class NeuralBasis(PredictingBasis):
 
         return self.inferred(linearized, extra=int(free_scale))
 
-    def inferred(self, linearized: Callable[[Vector], Linearized], extra: int = 0) -> Posterior:
+    def inferred(self, linearized: Callable[[Doubles], Linearized], extra: int = 0) -> Posterior:
         """What observations say of a code, and of `extra` values beside it.
 
         Codes are held to be like those of the training materials, whatever the order of their

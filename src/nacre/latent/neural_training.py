@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from nacre.array import Doubles, Weights
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.latent.descent import Tensor, descend, finished, free, torch
@@ -21,7 +21,7 @@ from nacre.latent.recipes import GAIN, BasisRecipe, PredictorRecipe
 from nacre.neural.inputs import ENHANCED
 from nacre.numerics.channels import CHROMA
 from nacre.numerics.mlp import RELU, dense
-from nacre.numerics.pca import Double, largest_first
+from nacre.numerics.pca import largest_first
 from nacre.runtime.progress import Progress
 
 _CODE_RATE = 4.0  # learning rate of the codes, as a multiple of that of the network
@@ -61,9 +61,9 @@ def train_neural(
 class _Training:
     def __init__(
         self,
-        inputs: npt.NDArray[np.float32],
-        cosine: npt.NDArray[np.float32],
-        f_r: npt.NDArray[np.float32],
+        inputs: Weights,
+        cosine: Weights,
+        f_r: Weights,
         recipe: BasisRecipe,
     ) -> None:
         self._recipe = recipe
@@ -132,9 +132,7 @@ class _Training:
         return NeuralBasis(hidden, output, count, codes, metadata)
 
 
-def _deviations(values: Double) -> Double:
-    """A square matrix that turns rows of covariance 1 into rows with the covariance of `values`,
-    (n, k).
-    """
+def _deviations(values: Doubles) -> Doubles:
+    """A square matrix that gives rows of covariance 1 the covariance of `values`, (n, k)."""
     squares, vectors = largest_first(values.T @ values / len(values))
     return np.sqrt(np.maximum(squares, 1e-12))[:, None] * vectors.T

@@ -20,11 +20,11 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats, Mask
+from nacre.array import Doubles, Floats, Mask
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.io.tensors import Tensors, check_numbers
-from nacre.latent.basis import LARGEST, CodedBrdf, LatentBasis, Vector, integers
+from nacre.latent.basis import LARGEST, CodedBrdf, LatentBasis, integers
 from nacre.latent.recipes import GAIN, PcaRecipe
 from nacre.measured.merl import INVALID, Resolution, node_directions, tabulate
 from nacre.measured.merl_table import SCALES, MerlBrdf
@@ -81,7 +81,7 @@ class PcaBasis(LatentBasis):
         components = self.components[:, nodes]
         return self.center[nodes, None] + components.T @ weights.astype(components.dtype)
 
-    def _projected(self, brdf: Brdf) -> Vector:
+    def _projected(self, brdf: Brdf) -> Doubles:
         """Least squares of logarithms over the nodes at which a reflectance is known."""
         values, known = self.values(brdf)
         logs = encoded(values, self.weights())
@@ -97,7 +97,7 @@ class PcaBasis(LatentBasis):
             raise NacreError(f"{name}: is too unlike the materials of the basis; train on more")
         return code
 
-    def _refined(self, brdf: Brdf, seed: int) -> Vector:
+    def _refined(self, brdf: Brdf, seed: int) -> Doubles:
         """The code that comes closest in log(1 + k f cos theta_i), k being :data:`GAIN`.
 
         The projection is closest in the logarithm of f w, which counts what is dark as much as what
@@ -117,16 +117,16 @@ class PcaBasis(LatentBasis):
         directions = self.components[:, drawn].T[:, self.uses] * self.deviations
         colors = self.colors.T.astype(np.float64)
 
-        def scaled(code: Vector) -> Vector:
+        def scaled(code: Doubles) -> Doubles:
             """The product k (f w + e) cos theta_i / w, shape (drawn, 3)."""
-            decoded: Vector = np.exp(self.logarithms(code, drawn).astype(np.float64))
+            decoded: Doubles = np.exp(self.logarithms(code, drawn).astype(np.float64))
             return decoded * slope[:, None]
 
-        def residuals(code: Vector) -> Vector:
+        def residuals(code: Doubles) -> Doubles:
             above = np.maximum(scaled(code) - EPSILON * slope[:, None], 0.0)
             return np.log1p(above) - target
 
-        def jacobian(code: Vector, _: Vector) -> Vector:
+        def jacobian(code: Doubles, _: Doubles) -> Doubles:
             decoded = scaled(code)
             rate = decoded / (1.0 + np.maximum(decoded - EPSILON * slope[:, None], 0.0))
             rows = np.einsum("nk,nc,ck->knc", directions, rate, colors, optimize=True)

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from nacre.array import Doubles, Floats, Mask, Weights
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.latent.pca import PcaBasis, encoded, node_weights, on_grid, reflectance
@@ -60,11 +60,11 @@ def train_components(
 
 def _tabulated(
     materials: Sequence[Callable[[], Brdf]], resolution: Resolution, report: Progress
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.bool_], list[str]]:
+) -> tuple[Weights, Mask, list[str]]:
     """ln(f w + e) at the nodes where all are known, shape (materials, 3, nodes); these; names."""
     weights = node_weights(resolution)
     mask = np.ones(resolution.dimensions, bool)
-    rows: list[npt.NDArray[np.float32]] = []
+    rows: list[Weights] = []
     names = []
     for index, load in enumerate(materials):
         brdf = load()
@@ -81,13 +81,11 @@ def _tabulated(
     return np.stack(rows), mask, names
 
 
-def _components(
-    logs: npt.NDArray[np.float32], colors: npt.NDArray[np.floating], limit: int
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float32]]:
+def _components(logs: Weights, colors: Floats, limit: int) -> tuple[Doubles, Weights]:
     """Variances of one value, and components, of the parts of materials along some colors."""
     materials, _, nodes = logs.shape
 
-    def slabs() -> Iterator[npt.NDArray[np.float64]]:
+    def slabs() -> Iterator[Doubles]:
         for start in range(0, nodes, _SLAB):
             slab = logs[:, :, start : start + _SLAB]
             part = np.einsum("gc,mcn->mgn", colors, slab, optimize=True)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nacre.numerics.pca import Double as Vector
+from nacre.array import Doubles
 from nacre.runtime.parallel import one_blas_thread
 
 UNEXPLAINED = 0.13
@@ -40,31 +40,31 @@ distribution that tells outliers.
 class Posterior:
     """Codes that samples leave possible: a mixture of normal distributions."""
 
-    weights: Vector  # of the m parts, which add up to 1
-    means: Vector
+    weights: Doubles  # of the m parts, which add up to 1
+    means: Doubles
     """Means of the parts, shape (m, k); with further values, as the logarithm of the scale in
     :data:`LOOSE`, (m, k + 1) or more.
     """
-    deviations: Vector  # standard deviations of the parts along the axes, shaped as the means
-    axes: Vector  # columns are directions, orthonormal, shape (k, k) or (k + 1, k + 1)
+    deviations: Doubles  # standard deviations of the parts along the axes, shaped as the means
+    axes: Doubles  # columns are directions, orthonormal, shape (k, k) or (k + 1, k + 1)
     code_dim: int
-    doubts: Vector
+    doubts: Doubles
     """Flatter weights of the parts, (m,), by which codes are drawn: the parts are not all that a
     material can be like.
     """
 
     @property
-    def mean(self) -> Vector:
+    def mean(self) -> Doubles:
         """Mean of the whole, shape (k,) or (k + 1,)."""
         return np.asarray(self.weights @ self.means)
 
     @property
-    def code(self) -> Vector:
+    def code(self) -> Doubles:
         """The expected code, shape (k,)."""
         return self.mean[: self.code_dim]
 
     @property
-    def factors(self) -> Vector:
+    def factors(self) -> Doubles:
         """What the further values stand for, shape (0,) or more: factors of what is observed."""
         return np.asarray(np.exp(LOOSE * self.mean[self.code_dim :]))
 
@@ -81,7 +81,7 @@ class Posterior:
         variance = self.weights @ (within.sum(axis=1) + (parts - middle) ** 2)
         return float(self.factors[-1]), LOOSE * math.sqrt(variance)
 
-    def draw(self, count: int, seed: int = 0) -> Vector:
+    def draw(self, count: int, seed: int = 0) -> Doubles:
         """Codes drawn from it, shape (count, k); the same seed gives the same ones."""
         random = np.random.default_rng((seed, 8))
         parts = random.choice(len(self.doubts), count, p=self.doubts)
@@ -96,14 +96,14 @@ class Linearized(NamedTuple):
     :data:`_NOISES` are what no code explains of them.
     """
 
-    missed: Vector  # observed less expected, shape (n, 3)
-    slopes: Vector  # derivatives of the expected ones by the values, shape (k, n, 3)
-    noise: Vector  # standard deviations beside what no code explains, shape (n, 3)
+    missed: Doubles  # observed less expected, shape (n, 3)
+    slopes: Doubles  # derivatives of the expected ones by the values, shape (k, n, 3)
+    noise: Doubles  # standard deviations beside what no code explains, shape (n, 3)
 
 
 def search(
-    centers: Vector,
-    linearized: Callable[[Vector], Linearized],
+    centers: Doubles,
+    linearized: Callable[[Doubles], Linearized],
     code_dim: int,
     extra: int = 0,
 ) -> Posterior:
@@ -139,13 +139,13 @@ def search(
     return replace(found, deviations=wider * found.deviations)
 
 
-def _outlying(missed: Vector, variance: Vector) -> Vector:
+def _outlying(missed: Doubles, variance: Doubles) -> Doubles:
     """Factors (n, 1) of the variances of samples, (n, 3), by what they miss: Student's."""
     ratio = (np.square(missed) / (_TYPICAL**2 * variance)).mean(axis=1, keepdims=True)
     return np.asarray(np.maximum((_FREEDOM + ratio) / (_FREEDOM + 1.0), 1.0))
 
 
-def _mixture(values: Vector, slopes: Vector, centers: Vector, code_dim: int) -> Posterior:
+def _mixture(values: Doubles, slopes: Doubles, centers: Doubles, code_dim: int) -> Posterior:
     """Codes whose products with slopes, (k, n), are values, (n,), up to noise."""
     gram, product = slopes @ slopes.T, slopes @ values
     squares, axes = np.linalg.eigh(gram)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats
+from nacre.array import Floats, Weights
 from nacre.io.tensors import Tensors
 from nacre.latent.basis import LatentBasis, integer
 from nacre.latent.lobe_predictor import LobePredictor
@@ -43,7 +43,7 @@ class PredictingBasis(LatentBasis):
         return sum(layer.nbytes for p in self.predictors.values() for layer in p.layers)
 
     def check_predictors(self) -> None:
-        """Raise ValueError for a predictor whose family is not what its name says, or for other
+        """Raise ValueError for a predictor of another family than its name tells, or for other
         codes.
         """
         for name, predictor in self.predictors.items():
@@ -91,7 +91,7 @@ def numbered_layers(tensors: Tensors, count: int, prefix: str = "") -> list[Laye
     ]
 
 
-def no_examples(code_dim: int) -> npt.NDArray[np.float32]:
+def no_examples(code_dim: int) -> Weights:
     """What :meth:`PredictingBasis.orders` returns where a basis keeps no codes."""
     return np.zeros((0, 6, code_dim), np.float32)
 

@@ -13,9 +13,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
-from nacre.array import Floats
+from nacre.array import Floats, Weights
 from nacre.brdf import Sampler
 from nacre.errors import NacreError
 from nacre.latent.descent import Tensor, finished, free_layer, torch
@@ -211,7 +210,7 @@ class _LabelTraining(_Training):
                 yield self._step(rate, (logistic(free) - targets[chosen]).square().mean())
 
 
-def draw_codes(codes: Floats, count: int, random: np.random.Generator) -> npt.NDArray[np.float32]:
+def draw_codes(codes: Floats, count: int, random: np.random.Generator) -> Weights:
     """Codes to train on, shape (count, k), from those of materials, shape (n, k).
 
     Two fifths are of materials, two fifths mix two materials, the rest are normally distributed.

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from nacre.numerics.pca import Double
+from nacre.array import Doubles
 
 NEAREST = 24  # codes that the covariance about a training material comes from
 ROUND = 0.5
@@ -40,17 +40,17 @@ _CLOSE = 1e-6  # change of a code at which a projection has settled
 class Blobs(NamedTuple):
     """Normal distributions about the training materials, with their channels in every order."""
 
-    centers: Double  # shape (n, k)
-    whitening: Double
+    centers: Doubles  # shape (n, k)
+    whitening: Doubles
     """W, shape (n, k, k), lower triangular: the covariance is the inverse of W^T W."""
-    logarithms: Double  # of the density at the center, shape (n,)
+    logarithms: Doubles  # of the density at the center, shape (n,)
 
 
 @dataclass(frozen=True, eq=False)
 class Prior:
     """The density of codes."""
 
-    orders: Double
+    orders: Doubles
     """Codes of the training materials with their channels in all orders, the material's own order
     first, shape (m, orders, k). m may be 0.
     """
@@ -78,21 +78,21 @@ class Prior:
     def code_dim(self) -> int:
         return int(self.orders.shape[-1])
 
-    def log_density(self, codes: npt.ArrayLike) -> Double:
+    def log_density(self, codes: npt.ArrayLike) -> Doubles:
         """Natural logarithm of the density at codes (..., k), shape (...)."""
         values = np.asarray(codes, np.float64)
         flat = values.reshape(-1, self.code_dim)
         parts = [_log_sum(self._logs(code)) for code in flat]
         return np.array(parts).reshape(values.shape[:-1])
 
-    def slope(self, codes: npt.ArrayLike) -> Double:
+    def slope(self, codes: npt.ArrayLike) -> Doubles:
         """Derivatives of the log density by the values of codes (..., k), in that shape."""
         values = np.asarray(codes, np.float64)
         flat = values.reshape(-1, self.code_dim)
         found = [pull - hold @ code for code in flat for hold, pull in [self._spring(code)]]
         return np.array(found).reshape(values.shape)
 
-    def left_out(self) -> Double:
+    def left_out(self) -> Doubles:
         """Log densities of the training materials, each in the density without itself, shape (m,).
 
         Raises ValueError if there are fewer than two.
@@ -109,14 +109,12 @@ class Prior:
         return logs
 
     def level(self, fraction: float = PLAUSIBLE) -> float:
-        """Log density below which a fraction of the training materials lies; see
-        :meth:`left_out`.
-        """
+        """Log density below which a fraction of the training materials lies."""
         return float(np.quantile(self.left_out(), fraction))
 
     def sample(
         self, count: int, seed: int = 0, like: Sequence[int] | npt.NDArray[np.int64] | None = None
-    ) -> Double:
+    ) -> Doubles:
         """Codes drawn from the density, shape (count, k); the same seed gives the same codes.
 
         `like` are indices of training materials: codes are then drawn about these alone, their
@@ -147,7 +145,7 @@ class Prior:
             found[index] = self.blobs.centers[blob] + math.sqrt(SCALES[kind]) * offset
         return found
 
-    def around(self, code: npt.ArrayLike, count: int, seed: int = 0) -> Double:
+    def around(self, code: npt.ArrayLike, count: int, seed: int = 0) -> Doubles:
         """Codes drawn as if a code (k,) were that of a training material, shape (count, k).
 
         The same seed gives the same codes. Raises ValueError if there is no training material.
@@ -162,7 +160,7 @@ class Prior:
         noise = random.normal(size=(count, self.code_dim))
         return np.asarray(center + np.sqrt(scales)[:, None] * (noise @ root.T), np.float64)
 
-    def project(self, code: npt.ArrayLike, fraction: float = PLAUSIBLE) -> Double:
+    def project(self, code: npt.ArrayLike, fraction: float = PLAUSIBLE) -> Doubles:
         """The closest code to another one (k,) that is as plausible as most training materials.
 
         It has the log density :meth:`level`; a code that has it already stays. The distance is
@@ -185,7 +183,7 @@ class Prior:
                 low = middle
         return best
 
-    def _settled(self, start: Double, weight: float) -> Double:
+    def _settled(self, start: Doubles, weight: float) -> Doubles:
         """Where the log density times a weight, less half the squared distance, is at a maximum."""
         code = start.copy()
         for _ in range(_ROUNDS):
@@ -198,7 +196,7 @@ class Prior:
                 break
         return code
 
-    def _logs(self, code: Double) -> Double:
+    def _logs(self, code: Doubles) -> Doubles:
         """Log densities of the parts at one code: by scale about the materials, then anywhere."""
         k, blobs = len(code), self.blobs
         lengths = np.square(self._whitened(code)).sum(axis=1)
@@ -214,12 +212,12 @@ class Prior:
         ]
         return np.concatenate([*about, anywhere])
 
-    def _whitened(self, code: Double) -> Double:
+    def _whitened(self, code: Doubles) -> Doubles:
         """A code seen from each blob, in its standard deviations, shape (n, k)."""
         away = (code - self.blobs.centers)[..., None]
         return np.asarray((self.blobs.whitening @ away)[..., 0])
 
-    def _spring(self, code: Double) -> tuple[Double, Double]:
+    def _spring(self, code: Doubles) -> tuple[Doubles, Doubles]:
         """H (k, k) and g (k,) with g - H c the slope of the log density at a code c.
 
         They are means of what holds the parts at their centers, by how likely each is here.
@@ -236,7 +234,7 @@ class Prior:
         return holds.sum(axis=0) + round_part, pull
 
 
-def _root(codes: Double, center: Double, own: int) -> Double:
+def _root(codes: Doubles, center: Doubles, own: int) -> Doubles:
     """Lower triangular root of the covariance of the codes nearest to a center, seen from there.
 
     The nearest `own` of the codes (n, k) are the center itself.
@@ -248,6 +246,6 @@ def _root(codes: Double, center: Double, own: int) -> Double:
     return np.linalg.cholesky((1.0 - ROUND) * covariance + ROUND * even)
 
 
-def _log_sum(logs: Double) -> float:
+def _log_sum(logs: Doubles) -> float:
     top = logs.max()
     return float(top + np.log(np.exp(logs - top).sum()))

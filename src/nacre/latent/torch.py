@@ -77,7 +77,7 @@ class CodeSpace(torch.nn.Module):  # type: ignore[misc]
         return join(above_horizon(rgb, light, view))
 
     def log_prior(self, code: Tensor) -> Tensor:
-        """Natural logarithm of the density of codes (..., k), shape (...); see
+        """Logarithm of the density of codes (..., k), shape (...); see
         :class:`nacre.latent.Prior`.
         """
         flat = code.reshape(-1, code.shape[-1])

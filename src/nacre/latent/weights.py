@@ -14,10 +14,11 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Doubles, Weights
 from nacre.brdf import Brdf
 from nacre.io.tensors import Tensors
-from nacre.latent.basis import CodedBrdf, LatentBasis, Vector
-from nacre.latent.directions import Floats, isotropic_inputs
+from nacre.latent.basis import CodedBrdf, LatentBasis
+from nacre.latent.directions import isotropic_inputs
 from nacre.latent.neural_basis import PRIOR
 from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.recipes import GAIN
@@ -25,7 +26,6 @@ from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, NeuralBrdf, check_weights
 from nacre.numerics.levenberg_marquardt import minimize
 from nacre.numerics.mlp import Layer, forward
-from nacre.numerics.pca import Double
 from nacre.runtime.parallel import one_blas_thread
 from nacre.sampling import LobeSampledBrdf
 
@@ -68,10 +68,10 @@ class WeightBasis(LatentBasis):
                 raise ValueError(f"layer {name} is {found}, expected {shape}")
 
     @abc.abstractmethod
-    def weights(self, codes: npt.ArrayLike) -> Double:
+    def weights(self, codes: npt.ArrayLike) -> Doubles:
         """Weights (n, 675) of codes of shape (n, k), however long the codes are."""
 
-    def reflectances(self, codes: Floats, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+    def reflectances(self, codes: Weights, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Weights:
         """f_r in 1/sr of codes (n, k) at pairs of directions (d, 3), shape (n, d, 3), float32."""
         inputs = isotropic_inputs(wi, wo, PAPER)
         networks = map(network_layers, self.weights(clipped(codes)))
@@ -79,15 +79,15 @@ class WeightBasis(LatentBasis):
         return np.asarray(np.maximum(np.expm1(np.minimum(y, _LARGEST)), 0.0), np.float32)
 
     @abc.abstractmethod
-    def _start(self, brdf: Brdf, errors: PictureErrors) -> Vector:
+    def _start(self, brdf: Brdf, errors: PictureErrors) -> Doubles:
         """The code to refine."""
 
-    def _refined(self, brdf: Brdf, seed: int) -> Vector:
+    def _refined(self, brdf: Brdf, seed: int) -> Doubles:
         with one_blas_thread():
             errors = PictureErrors(brdf, seed)
             return self.refined(errors, self._start(brdf, errors))
 
-    def refined(self, errors: PictureErrors, start: npt.ArrayLike, prior: float = PRIOR) -> Vector:
+    def refined(self, errors: PictureErrors, start: npt.ArrayLike, prior: float = PRIOR) -> Doubles:
         """The code (k,) whose network comes closest to a material, near a start.
 
         The sum of the absolute errors and of the absolute values of the code, times `prior`, is
@@ -96,14 +96,14 @@ class WeightBasis(LatentBasis):
         inputs = isotropic_inputs(errors.wi, errors.wo, PAPER)
         pull = prior * np.eye(self.code_dim)
 
-        def weights(code: Double) -> Floats:
+        def weights(code: Doubles) -> Weights:
             return np.asarray(self.weights(clipped(code)[None])[0], np.float32)
 
-        def residuals(code: Double) -> Double:
+        def residuals(code: Doubles) -> Doubles:
             y = forward(inputs, network_layers(weights(code)))
             return np.concatenate([errors.errors(np.expm1(np.minimum(y, _LARGEST))), prior * code])
 
-        def jacobian(code: Double, _: Double) -> Double:
+        def jacobian(code: Doubles, _: Doubles) -> Doubles:
             tangents = weight_tangents(self, code).astype(np.float32)
             y, rates = with_tangents(network_layers(weights(code)), inputs, tangents)
             decoded = np.exp(np.minimum(y, _LARGEST))
@@ -131,7 +131,7 @@ class CodedNetwork(CodedBrdf, LobeSampledBrdf, NeuralBrdf):
         super().__init__(layers, name=name)
 
 
-def clipped(code: npt.ArrayLike) -> Double:
+def clipped(code: npt.ArrayLike) -> Doubles:
     """Codes of shape (..., k), each clipped to a root mean square of 5."""
     values = np.asarray(code, np.float64)
     length = np.sqrt(np.square(values).mean(axis=-1, keepdims=True))
@@ -148,7 +148,7 @@ def network_layers(weights: npt.ArrayLike) -> list[Layer]:
     return layers
 
 
-def flat_weights(layers: Sequence[Layer]) -> npt.NDArray[np.float32]:
+def flat_weights(layers: Sequence[Layer]) -> Weights:
     """The 675 weights of layers, shape (675,); undoes :func:`network_layers`."""
     return np.concatenate([a.reshape(-1) for x in layers for a in (x.weights, x.biases)])
 
@@ -166,7 +166,7 @@ def named_layers(tensors: Tensors, names: Sequence[str]) -> dict[str, Layer]:
     return {name: Layer(tensors[f"{name}_weights"], tensors[f"{name}_biases"]) for name in names}
 
 
-def weight_tangents(basis: WeightBasis, code: npt.ArrayLike) -> Double:
+def weight_tangents(basis: WeightBasis, code: npt.ArrayLike) -> Doubles:
     """Derivatives of the weights of a code by its values, from differences, shape (k, 675)."""
     values = np.asarray(code, np.float64)
     offsets = _DIFFERENCE * np.eye(len(values))
@@ -175,7 +175,7 @@ def weight_tangents(basis: WeightBasis, code: npt.ArrayLike) -> Double:
     return (above - below) / (2.0 * _DIFFERENCE)
 
 
-def sensitivity(weights: npt.ArrayLike, wi: Floats, wo: Floats) -> Double:
+def sensitivity(weights: npt.ArrayLike, wi: Weights, wo: Weights) -> Doubles:
     """How far changes of weights move networks of materials, to first order: M, shape (675, 675).
 
     d M d is the squared change of log(1 + 30 f cos theta_i) by a change d of weights: its mean over
@@ -207,8 +207,8 @@ def permuted(weights: AnyArray, permutation: Sequence[int]) -> AnyArray:
 
 
 def with_tangents(
-    layers: Sequence[Layer], inputs: Floats, tangents: Floats
-) -> tuple[Floats, Floats]:
+    layers: Sequence[Layer], inputs: Weights, tangents: Weights
+) -> tuple[Weights, Weights]:
     """ln(f_r + 1) of a network, shape (n, 3), and its derivatives along `tangents`, (k, n, 3).
 
     Tangents are directions among weights, shape (k, 675).

@@ -6,9 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from nacre.array import Image
+from nacre.array import Floats, Image, Mask
 from nacre.brdf import Brdf
 from nacre.latent.estimates import plausible
 from nacre.latent.intervals import FRACTION, interval
@@ -33,7 +32,7 @@ class LightComparison:
     light: str  # its name
     truth: Image  # linear picture, shape (size, size, 3), float32; `other` likewise
     other: Image
-    flip_map: npt.NDArray[np.floating]  # FLIP error of every pixel in [0, 1], shape (size, size)
+    flip_map: Floats  # FLIP error of every pixel in [0, 1], shape (size, size)
     errors: ImageErrors
     source: Light  # the light itself
 
@@ -53,7 +52,7 @@ class Comparison:
 
     truth: str  # names of the reference and of what is judged
     other: str
-    mask: npt.NDArray[np.bool_]  # pixels that the sphere covers, shape (size, size)
+    mask: Mask  # pixels that the sphere covers, shape (size, size)
     lights: tuple[LightComparison, ...]  # the environment first
     angles: AngularErrors  # over pairs of directions
     materials: tuple[Brdf, Brdf]  # the reference and what is judged
@@ -158,7 +157,7 @@ def plausible_views(
     image, mask = render_sphere(truth, light, size)
     shown = np.stack([render_sphere(brdf, light, size)[0] for brdf in plausible[:_MATERIALS]])
     low, high = (end.astype(np.float32) for end in interval(shown, fraction))
-    inside: npt.NDArray[np.bool_] = (image >= low) & (image <= high)
+    inside: Mask = (image >= low) & (image <= high)
     return PlausibleViews(low, high, float(inside[mask].mean()))
 
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.brdf import Brdf, Sampler
 from nacre.geometry import cosine_hemisphere, join, split
 from nacre.sampling.fit import fit_lobes
-
-Floats = npt.NDArray[np.floating]
 
 REPLICATES = 8
 """Independent sets of points; the spread of their results is the error estimate."""

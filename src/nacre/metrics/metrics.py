@@ -6,15 +6,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from nacre.array import Floats, Mask
 from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.errors import NacreError, require
 from nacre.geometry import join, uniform_rusinkiewicz
-
-Floats = npt.NDArray[np.floating]
-Mask = npt.NDArray[np.bool_]
 
 PAIRS = 100_000  # pairs of directions drawn for angular_errors
 

@@ -15,13 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Floats, Mask
 from nacre.brdf import Brdf
 from nacre.geometry import from_spherical, join, uniform_hemisphere
 from nacre.metrics.draws import REPLICATES, Proposal, draw_pairs, pair_density, sobol
 from nacre.runtime.parallel import thread_map
-
-Floats = npt.NDArray[np.floating]
-Mask = npt.NDArray[np.bool_]
 
 _ROTATIONS = 16
 
@@ -141,9 +139,7 @@ def anisotropy(
 
 
 def known_fraction(brdf: Brdf, *, count: int = 2048, seed: int = 0) -> float:
-    """Fraction of pairs of directions at which f_r is known, uniform over solid angle,
-    in [0, 1].
-    """
+    """Fraction of pairs of directions, by solid angle, at which f_r is known, in [0, 1]."""
     u = sobol(4, count, seed)
     wi, wo = (join(uniform_hemisphere(u[..., k], u[..., k + 1])) for k in (0, 2))
     return float(brdf.valid(wi, wo).mean())

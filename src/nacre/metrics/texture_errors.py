@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from nacre.array import Floats
+from nacre.array import Doubles, Floats
 
 BIN = 15.0  # degrees of polar angle of the view per bin
 UNITS = {"MAE": "reflectance factor", "PSNR": "dB, for a peak of 1"}
@@ -60,7 +59,7 @@ class Errors:
 class ErrorSums:
     """Adds up errors of parts of a texture, starting from the sums of an earlier one."""
 
-    def __init__(self, sums: npt.NDArray[np.float64] | None = None) -> None:
+    def __init__(self, sums: Doubles | None = None) -> None:
         self.sums = np.zeros((_BINS, 4)) if sums is None else sums.copy()
         """Of each range of views: values, squared errors, absolute errors, squared truth."""
         if self.sums.shape != (_BINS, 4) or self.sums.dtype != np.float64:

@@ -16,7 +16,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import aligned_zeros
+from nacre.array import Weights, aligned_zeros
 from nacre.compile.compilation import compiled, inner, inner_fast
 from nacre.neural.samples import BLOCK, MIN_SLOPE, Samples
 from nacre.neural.simd import (
@@ -39,8 +39,6 @@ from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
 
 _OUTPUTS = 3
 _TARGETS = _OUTPUTS + 1  # rows after the inputs in a block of samples: three targets and the cosine
-
-Vector = npt.NDArray[np.float32]
 
 
 @numba.njit(inline="always", error_model="numpy")  # type: ignore[untyped-decorator]
@@ -382,7 +380,7 @@ class KernelTrainer:
         self._scratch = rows, targets, factors, sums, parts, places, self._gradient
         self._step = 0
 
-    def _views(self, flat: Vector) -> list[tuple[Vector, Vector]]:
+    def _views(self, flat: Weights) -> list[tuple[Weights, Weights]]:
         """Unpadded weights and biases of every layer inside a padded flat vector."""
         views = []
         padded_widths, starts, *_ = self._network
@@ -410,7 +408,7 @@ class KernelTrainer:
                 array[:] = arrays[0]
 
     @property
-    def _state(self) -> tuple[Vector, Vector, Vector]:
+    def _state(self) -> tuple[Weights, Weights, Weights]:
         return self._weights, self._mean, self._square
 
     def layers(self) -> list[Layer]:
@@ -425,7 +423,7 @@ class KernelTrainer:
         layers = [Layer(w.copy(), b.copy()) for w, b in self._views(self._gradient)]
         return self._mean_loss(samples, order), layers
 
-    def epoch(self, samples: Samples, order: npt.NDArray[np.int64], rates: Vector) -> None:
+    def epoch(self, samples: Samples, order: npt.NDArray[np.int64], rates: Weights) -> None:
         """Take one step per learning rate over the blocks in `order`."""
         steps = order, self._batch, rates, self._step, self._mean, self._square
         _epoch(samples.blocks, *steps, *self._network, *self._scratch)

@@ -145,9 +145,7 @@ class NeuralBrdf(NetworkBrdf):
         return f"{sizes}, {self.inputs} inputs, {super().summary()}"
 
     def loss_text(self) -> str:
-        """The loss of a fit with its scale, "held-out loss 0.00312 (log(1 + 32 f cos))"; else
-        empty.
-        """
+        """The loss of a fit with its scale, "held-out loss 0.00312 (log(1 + 32 f cos))", or ""."""
         loss = self.metadata.get("quality", {}).get("held_out_loss")
         if not isinstance(loss, float):
             return ""

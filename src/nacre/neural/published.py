@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Weights
 from nacre.errors import FormatError, reason
 from nacre.io.files import PathLike, atomic_path, read_bytes
 from nacre.io.format import Format
@@ -37,9 +38,7 @@ PAPER_ONLY = (
 
 
 def load_h5(path: PathLike) -> NeuralBrdf:
-    """Read the weights that Keras saved of a sequential network; FormatError if the file holds
-    none.
-    """
+    """Read a sequential network's weights from Keras; FormatError if the file holds none."""
     import h5py
 
     data = read_bytes(path, _LIMIT)
@@ -78,9 +77,7 @@ def save_h5(network: NeuralBrdf, path: PathLike) -> None:
 
 
 def keras_bytes(layers: Sequence[Layer], description: str = "") -> bytes:
-    """Layers as Keras saves the weights of a sequential network, with a description as an
-    attribute.
-    """
+    """Layers as Keras saves the weights of a sequential network, with a description."""
     import h5py
 
     names = [f"dense_{index}" for index in range(1, len(layers) + 1)]
@@ -142,7 +139,7 @@ def _names(group: Any, key: str, limit: int, sound: set[str]) -> list[str]:
     return [n.decode() if isinstance(n, bytes) else str(n) for n in group.attrs[key]]
 
 
-def _dataset(dataset: Any, path: PathLike, limit: int) -> npt.NDArray[np.float32]:
+def _dataset(dataset: Any, path: PathLike, limit: int) -> Weights:
     where = f"{path}: dataset {dataset.name[:80]}"
     # Only numbers that lie in this file as they are: others unpack to any size or are elsewhere.
     if dataset.chunks is not None or dataset.is_virtual or dataset.external:
@@ -154,11 +151,11 @@ def _dataset(dataset: Any, path: PathLike, limit: int) -> npt.NDArray[np.float32
     return _float32(dataset[()])
 
 
-def _read_npy(path: Path) -> npt.NDArray[np.float32]:
+def _read_npy(path: Path) -> Weights:
     return _float32(parse_npy(read_bytes(path, _LIMIT), str(path)))
 
 
-def _float32(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
+def _float32(values: npt.ArrayLike) -> Weights:
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused later
         return np.ascontiguousarray(values, np.float32)
 

@@ -165,9 +165,7 @@ class Recipe:
         return SQUARED_RELU if self.chosen_inputs == ENHANCED else RELU
 
     def widths(self, inputs: int) -> tuple[int, ...]:
-        """Widths of the hidden layers of a network with so many inputs; ValueError if `size` is too
-        small.
-        """
+        """Widths of the hidden layers for so many inputs; ValueError if `size` is too small."""
         if self.size is None:
             return self.hidden
         limit = self.size // PRECISIONS[self.stored_precision].itemsize

@@ -9,6 +9,7 @@ from types import TracebackType
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Weights
 from nacre.neural.kernel import KernelTrainer
 from nacre.neural.samples import BLOCK, Samples
 from nacre.numerics.mlp import RELU, Layer
@@ -67,9 +68,7 @@ class ReplicaTrainer:
         """Mean loss over all samples; that of the first start before one is chosen."""
         return self._trainers[0].loss(samples)
 
-    def epoch(
-        self, samples: Samples, order: npt.NDArray[np.int64], rates: npt.NDArray[np.float32]
-    ) -> None:
+    def epoch(self, samples: Samples, order: npt.NDArray[np.int64], rates: Weights) -> None:
         """Pass once over the blocks in an order; there is a learning rate for each batch of it."""
         if self._trial:
             for _ in thread_map(lambda start: start.epoch(samples, order, rates), self._trainers):

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Components, Floats, aligned_zeros
+from nacre.array import Components, Floats, Weights, aligned_zeros
 from nacre.brdf import Brdf
 from nacre.geometry import rotate, split
 from nacre.neural.axes import main_axis
@@ -39,7 +39,7 @@ _LARGEST = np.float32(1e30)  # of f cos: products in the loss must not overflow
 class Samples:
     """Samples for the log-cosine loss, in blocks of :data:`BLOCK`."""
 
-    blocks: npt.NDArray[np.float32]
+    blocks: Weights
     """Flat float32 array on a 64-byte boundary: per block, rows of 16 values each of every network
     input, of f cos theta_i for red, green and blue, and of cos theta_i. Any weight may take the
     place of the cosine, as it does for scans."""

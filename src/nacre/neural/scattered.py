@@ -131,9 +131,7 @@ def relative_errors(predicted: Floats, measured: Floats) -> tuple[float, float]:
 
 
 def _with_mirrored(samples: DirectionSamples, mirrored: bool) -> DirectionSamples:
-    """The samples, and their mirror images in a plane with the normal where that
-    changes nothing.
-    """
+    """The samples, with their mirror images in a plane with the normal if that changes nothing."""
     if not mirrored:
         return samples
     flip = np.array([1.0, -1.0, 1.0])

@@ -15,6 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Weights
 from nacre.errors import require
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.samples import BLOCK, MIN_SLOPE, Samples
@@ -27,7 +28,6 @@ __all__ = ["NetworkModule", "SampleStack", "TorchTrainer", "module", "stack_byte
 torch: Any = require("torch", "torch")
 adam: Any = require("torch.optim.adam", "torch").adam
 Tensor: TypeAlias = Any
-Vector = npt.NDArray[np.float32]
 
 _LARGEST = 88.0  # bound of outputs, as in the kernel: e^x of more is infinite in single precision
 _LOSS_BLOCKS = 4096  # blocks of one material that are evaluated at a time
@@ -86,7 +86,7 @@ class TorchTrainer:
         self._activation, self._offset = activation, offset
         self._device = open_device(device)
 
-        def stacked(array: Vector) -> Tensor:
+        def stacked(array: Weights) -> Tensor:
             one = torch.tensor(array, device=self._device)
             return one.repeat(materials, *[1] * array.ndim)
 
@@ -111,7 +111,7 @@ class TorchTrainer:
 
     def gradient(
         self, samples: SampleStack, order: npt.NDArray[np.int64]
-    ) -> tuple[Vector, list[list[Layer]]]:
+    ) -> tuple[Weights, list[list[Layer]]]:
         """Mean losses over the blocks in an order, shape (materials,), and their gradients.
 
         The order, of at most one batch, is as in :meth:`epoch`; gradients are layers of networks.
@@ -122,9 +122,7 @@ class TorchTrainer:
         losses = self._losses(blocks, self._weights, self._biases) / (OUTPUTS * blocks.shape[1])
         return np.asarray(losses.cpu()), self._layers(*self._gradient(blocks))
 
-    def epoch(
-        self, samples: SampleStack, order: npt.NDArray[np.int64], rates: npt.NDArray[np.float32]
-    ) -> None:
+    def epoch(self, samples: SampleStack, order: npt.NDArray[np.int64], rates: Weights) -> None:
         """Take one step per learning rate over the blocks in `order`: indices of shape (blocks,),
         or (materials, blocks) for orders of their own. There is a rate for each batch of the order.
         """
@@ -138,7 +136,7 @@ class TorchTrainer:
         if self._stream:
             torch.cuda.current_stream(self._device).wait_stream(self._stream)
 
-    def loss(self, samples: SampleStack) -> Vector:
+    def loss(self, samples: SampleStack) -> Weights:
         """Mean losses over all samples, shape (materials,)."""
         losses = []
         for index, blocks in enumerate(samples.parts):

@@ -104,9 +104,7 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
         return whole
 
     def _angle(self, like: Tensor) -> Tensor | float:
-        """Azimuth of the axes: one for all materials, or where it differs of shape
-        (materials, 1).
-        """
+        """Azimuth of the axes: one for all materials, or of shape (materials, 1)."""
         angles = [network.angle for network in self.networks]
         if len(set(angles)) == 1:
             return angles[0]

@@ -15,8 +15,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Weights
+
 LUMA = math.sqrt(1 / 3)  # weight of each channel in the luma
-CHROMA: npt.NDArray[np.float32] = np.array(
+CHROMA: Weights = np.array(
     [[math.sqrt(1 / 2), -math.sqrt(1 / 2), 0.0], [*[math.sqrt(1 / 6)] * 2, -math.sqrt(2 / 3)]],
     np.float32,
 )  # weights of the channels in both chroma components, shape (2, 3)

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
-from nacre.array import Array, Floats, namespace
+from nacre.array import Array, Floats, Weights, namespace
 
 RELU, TANH = "relu", "tanh"
 SQUARED_RELU = "squared relu"  # max(x, 0)^2: smooth, for one more multiplication
@@ -29,8 +28,8 @@ _CLIP = 60.0  # bound of the exponent of SILU: exp does not overflow float32
 class Layer:
     """One dense layer: `inputs @ weights + biases`, kept as float32. Unpacks into the two."""
 
-    weights: npt.NDArray[np.float32]  # shape (inputs, outputs)
-    biases: npt.NDArray[np.float32]  # shape (outputs,)
+    weights: Weights  # shape (inputs, outputs)
+    biases: Weights  # shape (outputs,)
 
     def __post_init__(self) -> None:
         for name in ("weights", "biases"):
@@ -41,7 +40,7 @@ class Layer:
         if len(shape) != 2 or 0 in shape or self.biases.shape != shape[1:]:
             raise ValueError(f"weights {shape} and biases {self.biases.shape} are not a layer")
 
-    def __iter__(self) -> Iterator[npt.NDArray[np.float32]]:
+    def __iter__(self) -> Iterator[Weights]:
         return iter((self.weights, self.biases))
 
     @property

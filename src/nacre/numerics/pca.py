@@ -10,10 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats
+from nacre.array import Doubles, Floats, Weights
 from nacre.numerics.channels import CHROMA, LUMA
-
-Double = npt.NDArray[np.float64]
 
 _OVERSAMPLING = 16  # directions beyond those asked for, which make these converge in few passes
 _POWERS = 4  # passes over rows in memory
@@ -29,17 +27,13 @@ Runs = Callable[[], Iterable[Sequence[Floats]]]
 """Goes through all rows once: yields the same run of rows of each matrix, shapes (b, width)."""
 
 
-def largest_first(matrix: Floats, count: int | None = None) -> tuple[Double, Double]:
-    """The k largest eigenvalues of a symmetric matrix (n, n), largest first, and eigenvectors (n,
-    k).
-    """
+def largest_first(matrix: Floats, count: int | None = None) -> tuple[Doubles, Doubles]:
+    """The k largest eigenvalues of a symmetric (n, n), largest first; eigenvectors (n, k)."""
     values, vectors = np.linalg.eigh(np.asarray(matrix, np.float64))
     return values[::-1][:count], vectors[:, ::-1][:, :count]
 
 
-def snapshots(
-    slabs: Callable[[], Iterable[Floats]], count: int
-) -> tuple[Double, npt.NDArray[np.float32]]:
+def snapshots(slabs: Callable[[], Iterable[Floats]], count: int) -> tuple[Doubles, Weights]:
     """Components of few rows of many columns, from the products of the rows with each other.
 
     `slabs` goes through the columns once, a slab of shape (rows, b) at a time, and is called twice;
@@ -85,7 +79,7 @@ def leading_components(
 
 def leading_directions(
     runs: Runs, matrices: int, width: int, count: int, seed: int
-) -> list[npt.NDArray[np.float64]]:
+) -> list[Doubles]:
     """Approximate right singular vectors of several matrices in shared passes over their rows.
 
     Subspace iteration from random directions (Halko, Martinsson and Tropp 2011, "Finding Structure
@@ -118,7 +112,7 @@ class ColoredComponents(NamedTuple):
     part: npt.NDArray[np.int64]  # which of the parts each comes from, shape (k,)
     component: npt.NDArray[np.int64]  # which component of the part, shape (k,)
     colors: Floats  # its unit color, shape (k, 3)
-    variances: Double  # of each, largest first, shape (k,)
+    variances: Doubles  # of each, largest first, shape (k,)
 
 
 def strongest(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from nacre.latent.basis import Vector
+from nacre.array import Doubles as Vector
 from nacre.latent.directions import isotropic_inputs
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
 from nacre.latent.posterior import LOOSE, Linearized, Posterior

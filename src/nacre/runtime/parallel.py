@@ -74,9 +74,7 @@ def thread_slices(function: Callable[[slice], _Out], count: int, size: int) -> l
 
 
 def one_of_many() -> None:
-    """Say that this thread is one of as many as there are cores: it does all of its
-    slices itself.
-    """
+    """Say that this thread is one of as many as there are cores: it does its slices itself."""
     _worker.busy = True
 
 

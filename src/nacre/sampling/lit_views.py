@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from nacre.array import Weights
+from nacre.array import Floats, Weights
 from nacre.geometry import join, rotate, split, to_spherical, uniform_hemisphere
 from nacre.sampling.moment import propose_lights
 
@@ -31,11 +30,11 @@ class LitViews:
     density of the directions.
     """
 
-    wi: npt.NDArray[np.float32]
-    wo: npt.NDArray[np.float32]
-    weights: npt.NDArray[np.float32]
+    wi: Weights
+    wo: Weights
+    weights: Weights
 
-    def radiance(self, f_r: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
+    def radiance(self, f_r: Floats) -> Floats:
         """What the views see, shape (..., v, lights, 3), for f_r of shape (..., v, n, 3)."""
         return np.asarray(self.weights @ f_r)
 

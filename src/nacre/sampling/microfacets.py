@@ -12,9 +12,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
-from nacre.array import Floats
+from nacre.array import Floats, Mask
 from nacre.brdf import Brdf
 from nacre.geometry import from_half_difference, from_spherical, join, split
 
@@ -64,9 +63,7 @@ class NormalGrid:
         return np.broadcast_to(area.reshape(self._views.shape[:2]), self.shape)
 
     def visible(self, density: Floats, theta: float, phi: float) -> Floats:
-        """What a direction (radians) sees of normals of density D at the nodes, per area of the
-        square.
-        """
+        """What a direction (radians) sees of normals of density D, per area of the square."""
         view = np.stack(from_spherical(theta, phi))
         return np.asarray(density * self.jacobian * np.maximum(self.normals @ view, 0.0))
 
@@ -130,14 +127,14 @@ class NormalGrid:
         return self.normalized(np.broadcast_to(_mended(mean, counts > 0), self.shape))
 
 
-def _known(brdf: Brdf, wi: Floats, wo: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:
+def _known(brdf: Brdf, wi: Floats, wo: Floats) -> tuple[Floats, Mask]:
     """Mean of the channels of f_r, 0 where it is not known, and where it is known."""
     value = brdf.eval(wi, wo).astype(np.float64).mean(axis=-1)
     known = brdf.valid(wi, wo) & np.isfinite(value)
     return np.where(known, value, 0.0), known
 
 
-def _mended(values: Floats, known: npt.NDArray[np.bool_]) -> Floats:
+def _mended(values: Floats, known: Mask) -> Floats:
     """Values (rows, nodes) with what is not known interpolated along rows, at most 1."""
     nodes = np.arange(values.shape[1])
     mended = [

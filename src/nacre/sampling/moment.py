@@ -57,9 +57,7 @@ class Proposal:
         return Proposal(*(array.astype(np.float32) for array in arrays))
 
     def weights(self, f_r: Floats) -> Floats:
-        """The weights of :class:`Moment`, shape (..., v, n), for f_r in 1/sr, shape
-        (..., v, n, 3).
-        """
+        """The weights of :class:`Moment`, (..., v, n), for f_r in 1/sr, shape (..., v, n, 3)."""
         with np.errstate(all="ignore"):  # of a wild reflectance
             value = f_r * self.wi[..., 2:]
             value = np.where(np.isfinite(value), value, 0.0)
