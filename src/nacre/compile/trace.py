@@ -8,6 +8,7 @@ differ only in their numbers share compiled code.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partialmethod
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -135,7 +136,8 @@ class Traced:
         self.trace, self.number, self.kind = trace, number, kind
 
     def _binary(self, name: str, other: Any, swapped: bool = False) -> Any:
-        if self.kind == INDEX and isinstance(other, (float, np.floating)):
+        fraction = isinstance(other, (float, np.floating)) or name == "div"
+        if self.kind == INDEX and fraction:
             return NotImplemented
         try:
             value = self.trace.as_value(other, self.kind)
@@ -143,29 +145,14 @@ class Traced:
             return NotImplemented
         return arithmetic(name, *((value, self) if swapped else (self, value)))
 
-    def __add__(self, other: Any) -> Any:
-        return self._binary("add", other)
-
-    def __radd__(self, other: Any) -> Any:
-        return self._binary("add", other, True)
-
-    def __sub__(self, other: Any) -> Any:
-        return self._binary("sub", other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return self._binary("sub", other, True)
-
-    def __mul__(self, other: Any) -> Any:
-        return self._binary("mul", other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return self._binary("mul", other, True)
-
-    def __truediv__(self, other: Any) -> Any:
-        return self._binary("div", other) if self.kind == FLOAT else NotImplemented
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return self._binary("div", other, True) if self.kind == FLOAT else NotImplemented
+    __add__ = partialmethod(_binary, "add")
+    __radd__ = partialmethod(_binary, "add", swapped=True)
+    __sub__ = partialmethod(_binary, "sub")
+    __rsub__ = partialmethod(_binary, "sub", swapped=True)
+    __mul__ = partialmethod(_binary, "mul")
+    __rmul__ = partialmethod(_binary, "mul", swapped=True)
+    __truediv__ = partialmethod(_binary, "div")
+    __rtruediv__ = partialmethod(_binary, "div", swapped=True)
 
     def __neg__(self) -> Any:
         return self.trace.add(FLOAT, "neg", self) if self.kind == FLOAT else 0 - self
@@ -179,43 +166,22 @@ class Traced:
     def _compare(self, name: str, other: Any) -> Traced:
         return self.trace.add(MASK, name, self, self.trace.as_value(other, self.kind))
 
-    def __lt__(self, other: Any) -> Traced:
-        return self._compare("lt", other)
-
-    def __le__(self, other: Any) -> Traced:
-        return self._compare("le", other)
-
-    def __gt__(self, other: Any) -> Traced:
-        return self._compare("gt", other)
-
-    def __ge__(self, other: Any) -> Traced:
-        return self._compare("ge", other)
-
-    def __eq__(self, other: Any) -> Traced:  # type: ignore[override]
-        return self._compare("eq", other)
-
-    def __ne__(self, other: Any) -> Traced:  # type: ignore[override]
-        return self._compare("ne", other)
-
+    __lt__ = partialmethod(_compare, "lt")
+    __le__ = partialmethod(_compare, "le")
+    __gt__ = partialmethod(_compare, "gt")
+    __ge__ = partialmethod(_compare, "ge")
+    __eq__ = partialmethod(_compare, "eq")
+    __ne__ = partialmethod(_compare, "ne")
     __hash__ = None  # type: ignore[assignment]
 
     def _bitwise(self, name: str, other: Any) -> Any:
         return self.trace.add(self.kind, name, self, self.trace.as_value(other, self.kind))
 
-    def __and__(self, other: Any) -> Any:
-        return self._bitwise("and", other)
-
-    def __or__(self, other: Any) -> Any:
-        return self._bitwise("or", other)
-
-    def __xor__(self, other: Any) -> Any:
-        return self._bitwise("xor", other)
-
-    def __lshift__(self, count: int) -> Any:
-        return self._bitwise("shl", count)
-
-    def __rshift__(self, count: int) -> Any:
-        return self._bitwise("shr", count)
+    __and__ = partialmethod(_bitwise, "and")
+    __or__ = partialmethod(_bitwise, "or")
+    __xor__ = partialmethod(_bitwise, "xor")
+    __lshift__ = partialmethod(_bitwise, "shl")
+    __rshift__ = partialmethod(_bitwise, "shr")
 
     def __invert__(self) -> Traced:
         return self.trace.add(MASK, "not", self.trace.as_value(self, MASK))

@@ -121,8 +121,8 @@ class _Loop:
         value.align = 4
         return value
 
-    def _splat(self, builder: Any, scalar: Any, kind: Any = _VECTOR) -> Any:
-        undefined = ir.Constant(kind, ir.Undefined)
+    def _splat(self, builder: Any, scalar: Any) -> Any:
+        undefined = ir.Constant(_VECTOR, ir.Undefined)
         single = builder.insert_element(undefined, scalar, _i32(0))
         return builder.shuffle_vector(single, undefined, _lanes([0] * LANES))
 

@@ -21,12 +21,7 @@ from nacre.latent.distillation import EPOCHS, Distillation
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import check_tensors
 from nacre.latent.picture_errors import PictureErrors
-from nacre.latent.predicting import (
-    PredictingBasis,
-    no_examples,
-    pack_predictors,
-    unpack_predictors,
-)
+from nacre.latent.predicting import PredictingBasis, no_examples, pack_predictors, unpack_predictors
 from nacre.latent.recipes import AutoencoderRecipe
 from nacre.latent.weights import COUNT, WeightBasis, named_layers, named_tensors
 from nacre.numerics.mlp import SILU_BY_TANH, Layer, forward

@@ -54,16 +54,6 @@ class Traits(NamedTuple):
     coat_color: Doubles  # chroma components of the logarithm of F0, shape (2,)
     base_color: Doubles  # the same of the diffuse albedo
 
-    @property
-    def metalness(self) -> float:
-        """How much more the coat reflects than the base, as a logarithm."""
-        return self.coat - self.base
-
-    @property
-    def saturation(self) -> float:
-        """How colored the base is: 0 is gray."""
-        return float(np.linalg.norm(self.base_color))
-
 
 @dataclass(frozen=True, eq=False)
 class Edit:

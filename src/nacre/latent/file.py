@@ -8,14 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nacre.errors import FormatError, reason
-from nacre.io.files import (
-    PathLike,
-    atomic_path,
-    check_json,
-    first_bytes,
-    read_bytes,
-    write_encoded,
-)
+from nacre.io.files import PathLike, check_json, first_bytes, read_bytes, write_encoded
 from nacre.io.tensors import format_errors, from_file, to_bytes
 from nacre.latent.basis import CodedBrdf, LatentBasis
 from nacre.registry import Registry
@@ -89,8 +82,7 @@ def save_code(material: CodedBrdf, path: PathLike) -> None:
         "basis": material.basis.fingerprint(),
         "values": [float(v) for v in material.code],
     }
-    with atomic_path(path) as temporary:
-        temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    write_encoded(path, str.encode, json.dumps(content, indent=1) + "\n")
 
 
 def load_code(path: PathLike, basis: LatentBasis) -> CodedBrdf:

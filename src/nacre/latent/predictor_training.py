@@ -28,11 +28,7 @@ from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling.mixture_parameters import logistic
 from nacre.sampling.moment import Pairs, propose, view_pairs
-from nacre.sampling.parametrizations import (
-    PARAMETRIZATIONS,
-    Parametrization,
-    find_parametrization,
-)
+from nacre.sampling.parametrizations import PARAMETRIZATIONS, Parametrization, find_parametrization
 
 Basis = TypeVar("Basis", bound=PredictingBasis)
 

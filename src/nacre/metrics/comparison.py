@@ -10,7 +10,7 @@ import numpy as np
 from nacre.array import Floats, Image, Mask
 from nacre.brdf import Brdf
 from nacre.latent.estimates import plausible
-from nacre.latent.intervals import FRACTION, interval
+from nacre.latent.intervals import interval
 from nacre.metrics.metrics import AngularErrors, ImageErrors, angular_errors, image_errors
 from nacre.render.environment import Environment
 from nacre.render.lights import DIRECTIONS, Light
@@ -146,7 +146,7 @@ def compare(
 
 
 def plausible_views(
-    truth: Brdf, plausible: Sequence[Brdf], light: Light, size: int, fraction: float = FRACTION
+    truth: Brdf, plausible: Sequence[Brdf], light: Light, size: int
 ) -> PlausibleViews:
     """Intervals of pictures, and how often the reference lies inside.
 
@@ -156,7 +156,7 @@ def plausible_views(
     """
     image, mask = render_sphere(truth, light, size)
     shown = np.stack([render_sphere(brdf, light, size)[0] for brdf in plausible[:_MATERIALS]])
-    low, high = (end.astype(np.float32) for end in interval(shown, fraction))
+    low, high = (end.astype(np.float32) for end in interval(shown))
     inside: Mask = (image >= low) & (image <= high)
     return PlausibleViews(low, high, float(inside[mask].mean()))
 

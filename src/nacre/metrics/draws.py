@@ -62,9 +62,9 @@ class Proposal:
         return 0.5 * (own + np.maximum(wi[..., 2], 0.0) / math.pi)
 
 
-def draw_pairs(proposal: Proposal, count: int, seed: int = 0) -> tuple[Floats, Floats]:
+def draw_pairs(proposal: Proposal, count: int) -> tuple[Floats, Floats]:
     """Pairs (wi, wo), shapes (:data:`REPLICATES`, 2 count, 3), with :func:`pair_density`."""
-    u = sobol(5, count, seed)
+    u = sobol(5, count)
     wo = join(cosine_hemisphere(u[..., 3], u[..., 4]))
     return proposal.draw(wo, u[..., :3]), np.concatenate([wo, wo], axis=-2)
 

@@ -73,44 +73,15 @@ def image_errors(
     a, b = tone_map(truth, gamma), tone_map(other, gamma)
     difference = a[covered].astype(np.float64) - b[covered]
     rmse = math.sqrt(np.mean(difference**2))
-    flip_map = flip(a, b)
+    metrics, flip_map = require("skimage.metrics", "render"), flip(a, b)
     errors = ImageErrors(
         mae=float(np.mean(np.abs(difference))),
         rmse=rmse,
         psnr=-20.0 * math.log10(rmse) if rmse > 0.0 else math.inf,
-        ssim=_structural_similarity(a, b)[0],
+        ssim=float(metrics.structural_similarity(a, b, channel_axis=-1, data_range=1.0)),
         flip=float(np.mean(flip_map[covered])),
     )
     return errors, flip_map
-
-
-def similarity_map(truth: Floats, other: Floats) -> Floats:
-    """Structural similarity about every pixel of two tone-mapped pictures.
-
-    Parameters
-    ----------
-    truth, other
-        Values of display in [0, 1], shapes (height, width, 3), at least 7 x 7.
-
-    Returns
-    -------
-    array of shape (height, width)
-        SSIM (Wang et al. 2004) of a 7 x 7 window, color channels averaged; 1 where equal.
-
-    Raises
-    ------
-    MissingExtraError
-        If scikit-image is not installed.
-    """
-    return _structural_similarity(truth, other)[1]
-
-
-def _structural_similarity(truth: Floats, other: Floats) -> tuple[float, Floats]:
-    metrics = require("skimage.metrics", "render")
-    mean, whole = metrics.structural_similarity(
-        truth, other, channel_axis=-1, data_range=1.0, full=True
-    )
-    return float(mean), np.asarray(whole).mean(axis=-1)
 
 
 def flip(truth: Floats, other: Floats) -> Floats:

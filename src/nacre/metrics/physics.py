@@ -95,7 +95,7 @@ def albedo(
 
 
 def reciprocity_error(
-    brdf: Brdf, *, count: int = 1024, seed: int = 0, proposal: Proposal | None = None
+    brdf: Brdf, *, count: int = 1024, proposal: Proposal | None = None
 ) -> Estimate:
     """How much f_r changes when light and viewer change places.
 
@@ -105,7 +105,7 @@ def reciprocity_error(
     :func:`albedo`.
     """
     proposal = proposal or Proposal(brdf)
-    wi, wo = draw_pairs(proposal, count, seed)
+    wi, wo = draw_pairs(proposal, count)
     # Both integrands are symmetric: a pair may count as drawn in either order.
     density = 0.5 * (pair_density(proposal, wi, wo) + pair_density(proposal, wo, wi))
     weight = _pair_weight(wi, wo, density, brdf.valid(wi, wo) & brdf.valid(wo, wi))
@@ -114,9 +114,7 @@ def reciprocity_error(
         return _ratio(np.abs(f - g).sum(axis=-1), 0.5 * (f + g).sum(axis=-1), weight)
 
 
-def anisotropy(
-    brdf: Brdf, *, count: int = 256, seed: int = 0, proposal: Proposal | None = None
-) -> Estimate:
+def anisotropy(brdf: Brdf, *, count: int = 256, proposal: Proposal | None = None) -> Estimate:
     """How much f_r changes when the surface turns about its normal.
 
     The integral of the mean absolute difference of f_r from its mean over 16 rotations of both
@@ -126,7 +124,7 @@ def anisotropy(
     reflected. Parameters are those of :func:`albedo`.
     """
     proposal = proposal or Proposal(brdf)
-    wi, wo = draw_pairs(proposal, count, seed)
+    wi, wo = draw_pairs(proposal, count)
     turns = [(_turn(wi, k), _turn(wo, k)) for k in range(_ROTATIONS)]
     # Both integrands are the same for all turns of a pair: it may count as drawn at any of them.
     density = np.mean([pair_density(proposal, *pair) for pair in turns], axis=0)
@@ -138,9 +136,9 @@ def anisotropy(
         return _ratio(spread.sum(axis=-1), mean.sum(axis=-1), weight)
 
 
-def known_fraction(brdf: Brdf, *, count: int = 2048, seed: int = 0) -> float:
+def known_fraction(brdf: Brdf) -> float:
     """Fraction of pairs of directions, by solid angle, at which f_r is known, in [0, 1]."""
-    u = sobol(4, count, seed)
+    u = sobol(4, 2048)
     wi, wo = (join(uniform_hemisphere(u[..., k], u[..., k + 1])) for k in (0, 2))
     return float(brdf.valid(wi, wo).mean())
 

@@ -26,9 +26,9 @@ class TextureComparison:
     texels: Floats  # mean squared error of every texel, shape (height, width)
     compared: int  # pairs of directions that were compared
 
-    def worst(self, count: int = 5) -> list[tuple[int, int, float]]:
-        """Column, row and mean squared error of the texels with the largest errors."""
-        order = np.argsort(self.texels, axis=None)[::-1][:count]
+    def worst(self) -> list[tuple[int, int, float]]:
+        """Column, row and mean squared error of the five texels with the largest errors."""
+        order = np.argsort(self.texels, axis=None)[::-1][:5]
         rows, columns = np.unravel_index(order, self.texels.shape)
         return [
             (int(x), int(y), float(self.texels[y, x])) for y, x in zip(rows, columns, strict=True)

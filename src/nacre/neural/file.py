@@ -17,14 +17,7 @@ from nacre.io.tensors import (
     looks_like_tensors,
     to_bytes,
 )
-from nacre.neural.inputs import (
-    ENHANCED,
-    PAPER,
-    RECIPROCAL,
-    SPINNING,
-    STEREOGRAPHIC,
-    has_axes,
-)
+from nacre.neural.inputs import ENHANCED, PAPER, RECIPROCAL, SPINNING, STEREOGRAPHIC, has_axes
 from nacre.neural.nbrdf import PRECISIONS, NeuralBrdf, check_weights
 from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
 from nacre.sampling import describe_sampler, make_sampler

@@ -5,13 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nacre.array import Components, Weights
-from nacre.geometry import (
-    cosine_hemisphere,
-    from_spherical,
-    join,
-    split,
-    uniform_rusinkiewicz,
-)
+from nacre.geometry import cosine_hemisphere, from_spherical, join, split, uniform_rusinkiewicz
 from nacre.neural.inputs import network_inputs
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.numerics.mlp import Layer, activate, dense

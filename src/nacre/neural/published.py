@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from nacre.array import Weights
 from nacre.errors import FormatError, reason
-from nacre.io.files import PathLike, atomic_path, read_bytes
+from nacre.io.files import PathLike, read_bytes, write_encoded
 from nacre.io.format import Format
 from nacre.io.npy import MAGIC, parse_npy
 from nacre.neural.hdf5_strings import count_strings
@@ -71,9 +71,7 @@ def save_h5(network: NeuralBrdf, path: PathLike) -> None:
         raise FormatError(f"{path}: holds isotropic neural materials only; fit the material first")
     if network.inputs != PAPER or network.activation != RELU:
         raise FormatError(f"{path}: {PAPER_ONLY}")
-    content = keras_bytes(network.layers)
-    with atomic_path(path) as temporary:
-        temporary.write_bytes(content)
+    write_encoded(path, keras_bytes, network.layers)
 
 
 def keras_bytes(layers: Sequence[Layer], description: str = "") -> bytes:

@@ -13,13 +13,7 @@ from nacre.array import Components, Floats, Weights, aligned_zeros
 from nacre.brdf import Brdf
 from nacre.geometry import rotate, split
 from nacre.neural.axes import main_axis
-from nacre.neural.inputs import (
-    PAPER,
-    has_axes,
-    input_count,
-    network_inputs,
-    rotates_half_vector,
-)
+from nacre.neural.inputs import PAPER, has_axes, input_count, network_inputs, rotates_half_vector
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import thread_map
 from nacre.sampling import draw_samples

@@ -19,6 +19,7 @@ Tensor: TypeAlias = Any
 
 _COEFFICIENTS = 3.4445, -4.7750, 2.0315
 _STEPS = 5
+_MOMENTUM = 0.95  # how much of the momentum stays at every step
 _SMALLEST = 1e-7  # Frobenius norm that a momentum is divided by at least
 
 
@@ -55,8 +56,7 @@ def original(rows: int, columns: int) -> float:
 class Muon(torch.optim.Optimizer):  # type: ignore[misc]
     """Steps along the orthogonalized Nesterov momentum of matrices.
 
-    `factor` is that of the rate, for a matrix with so many rows and columns; `momentum` is how much
-    of the momentum stays at every step.
+    `factor` is that of the rate, for a matrix with so many rows and columns.
     """
 
     def __init__(
@@ -64,21 +64,19 @@ class Muon(torch.optim.Optimizer):  # type: ignore[misc]
         matrices: Iterable[Tensor],
         lr: float,
         factor: Callable[[int, int], float] = original,
-        momentum: float = 0.95,
     ) -> None:
-        super().__init__(matrices, {"lr": lr, "momentum": momentum})
+        super().__init__(matrices, {"lr": lr})
         self._factor = factor
 
     @torch.no_grad()  # type: ignore[untyped-decorator]
     def step(self, closure: None = None) -> None:
         for group in self.param_groups:
-            momentum = group["momentum"]
             for matrix in group["params"]:
                 if matrix.grad is None:
                     continue
                 state = self.state[matrix]
                 if not state:
                     state["momentum"] = torch.zeros_like(matrix)
-                kept = state["momentum"].lerp_(matrix.grad, 1.0 - momentum)
-                ahead = orthogonalized(matrix.grad.lerp(kept, momentum))
+                kept = state["momentum"].lerp_(matrix.grad, 1.0 - _MOMENTUM)
+                ahead = orthogonalized(matrix.grad.lerp(kept, _MOMENTUM))
                 matrix.add_(ahead, alpha=-group["lr"] * self._factor(*matrix.shape))

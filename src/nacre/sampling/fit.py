@@ -59,13 +59,13 @@ def fit_lobes(brdf: Brdf, seed: int = 0) -> Sampler:
     return mixture if value < (1.0 - _WORTH) * cosine else CosineSampler()
 
 
-def fit_blinn_phong(brdf: Brdf, seed: int = 0) -> BlinnPhongMixture:
+def fit_blinn_phong(brdf: Brdf) -> BlinnPhongMixture:
     """The lobes of the NBRDF paper's section 3.3 that sample a reflectance with the least variance.
 
     The fraction and the exponent on a grid with the smallest second moment. Black gets the cosine
     lobe.
     """
-    moment = second_moment(brdf, seed)
+    moment = second_moment(brdf)
     if not moment.weights.any():
         return BlinnPhongMixture(0.0, 1.0)
     wi, wo = split(moment.wi), split(moment.wo)

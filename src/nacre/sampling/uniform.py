@@ -9,13 +9,7 @@ import numpy as np
 from nacre.array import Array, Components
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.geometry import (
-    cosine_hemisphere,
-    join,
-    split,
-    uniform_hemisphere,
-    uniform_rusinkiewicz,
-)
+from nacre.geometry import cosine_hemisphere, join, split, uniform_hemisphere, uniform_rusinkiewicz
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import thread_map
 from nacre.sampling.fit import fit_blinn_phong
