@@ -60,8 +60,8 @@ FORMATS: Registry[Format] = Registry(
 
 _OTHERS = {
     "nacre basis": "a latent basis; the nacre latent commands take it",
-    "nacre texel network": "a texture codec; nacre fit encodes textures by it",
-    "nacre map of texels": "a map of texels, which nacre btf map has made",
+    "nacre texel network": "a texture codec; nacre fit encodes textures with it",
+    "nacre map of texels": "a map of texels, made by nacre btf map",
 }
 """What files of ours are that hold no material, by the name of their header."""
 
@@ -113,7 +113,7 @@ def _of_file(path: Path) -> Format:
         known = [e for e in entries if e.recognize is None and suffix in e.extensions]
     if not known:
         if other := _other(head):
-            raise FormatError(f"{path}: holds no material: is {other}")
+            raise FormatError(f"{path}: holds no material: it is {other}")
         raise FormatError(f"{path}: content is of no known format (known: {_endings(entries)})")
     return next((entry for entry in known if suffix in entry.extensions), known[0])
 
@@ -123,7 +123,7 @@ def _other(head: bytes) -> str:
     key = header_key(head)
     if key is None or key in ("nacre", "nacre latent map"):
         return ""
-    return _OTHERS.get(key, "a file of nacre's own, which is read by what has written it")
+    return _OTHERS.get(key, "a file of nacre's own, read by the command that wrote it")
 
 
 def describe_kind(path: PathLike) -> str:
@@ -213,11 +213,11 @@ def _load(path: PathLike, kind: Kind | None, material: str | None, given: dict[s
     load, source = entry.load, Source(path)
     if kind == "btf" and entry.kind == "brdf":
         problem = f"is one material ({entry.name}), not a texture (BTF)"
-        raise FormatError(f"{path}: {problem}; nacre btf tile makes one of it")
+        raise FormatError(f"{path}: {problem}; nacre btf tile makes a texture from it")
     if kind == "brdf" and entry.kind == "btf":
         if entry.load_material is None:
             problem = "is a texture (BTF), not one material"
-            raise FormatError(f"{path}: {problem}; nacre btf average makes one of it")
+            raise FormatError(f"{path}: {problem}; nacre btf average makes one from it")
         load, material, options = entry.load_material, None, {}
     _check_options(path, entry, load, options)
     if material is not None and not entry.several:
@@ -292,7 +292,7 @@ def target(path: PathLike, kind: Kind = "brdf") -> Format:
         raise FormatError(f"{path}: {held}, not {_WORDS[kind]} (known: {endings})")
     if not suffix and Path(path).is_dir():
         raise FormatError(f"{path}: is a directory, expected a file name (known: {endings})")
-    what = "to write" if kind == "brdf" else "of textures"
+    what = "to write" if kind == "brdf" else "for textures"
     raise FormatError(f"{path}: no format {what} ends in {suffix!r} (known: {endings})")
 
 

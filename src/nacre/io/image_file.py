@@ -149,7 +149,7 @@ def png_header(data: bytes, path: PathLike) -> ImageHeader:
         raise FormatError(f"{path}: is not a PNG image")
     width, height, bits, color = struct.unpack_from(">2I2B", data, 16)
     if color not in _PNG_COLORS or bits not in (8, 16):
-        raise FormatError(f"{path}: is not of three colors with 8 or 16 bits; save it as RGB")
+        raise FormatError(f"{path}: does not have three colors with 8 or 16 bits; save it as RGB")
     return ImageHeader(width, height, frozenset("RGB"), bits)
 
 
@@ -164,7 +164,7 @@ def decode(data: bytes, header: ImageHeader, path: PathLike) -> npt.NDArray[Any]
     pixels = decoder(data, path)
     size = header.height, header.width
     if pixels.ndim != 3 or pixels.shape[:2] != size or pixels.shape[2] < 3:
-        raise FormatError(f"{path}: is of another size than its header says")
+        raise FormatError(f"{path}: does not have the size that its header says")
     return pixels[..., :3]
 
 
@@ -227,7 +227,7 @@ def _jpeg_header(data: bytes, path: PathLike) -> ImageHeader:
     except Exception as error:  # the parser meets damage in many ways
         raise FormatError(f"{path}: is not a whole JPEG image") from error
     if mode != "RGB" or bits != 8:
-        raise FormatError(f"{path}: is not of three colors with 8 bits; save it as RGB")
+        raise FormatError(f"{path}: does not have three colors with 8 bits; save it as RGB")
     return ImageHeader(width, height, frozenset("RGB"), bits)
 
 

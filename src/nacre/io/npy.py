@@ -102,7 +102,7 @@ def unpack_member(
     with archive.open(member) as packed:  # read() would unpack more than was promised
         content = packed.read(member.file_size)
         if len(content) < member.file_size or packed.read(1):
-            raise FormatError(f"{where}: is of another length than the archive says")
+            raise FormatError(f"{where}: does not have the length that the archive says")
     return content
 
 

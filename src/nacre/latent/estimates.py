@@ -108,7 +108,7 @@ def plausible(material: Brdf, basis: LatentBasis | None = None) -> list[CodedBrd
     except (LookupError, TypeError, ValueError) as error:
         raise FormatError(f"{name}: plausible materials: cannot be read: {error}") from error
     if fingerprint != basis.fingerprint():
-        raise FormatError(f"{name}: plausible materials: are of another basis")
+        raise FormatError(f"{name}: plausible materials: belong to another basis")
     try:
         return [basis.decode(code, material.name) for code in codes]
     except ValueError as error:
@@ -140,7 +140,7 @@ def in_words(known: Mapping[str, Any]) -> str:
         return ""
     low, high = (np.mean(known[f"plausible albedo {end}"]) for end in ("from", "to"))
     counts = (f"{known[f'known from {n}']} {n}" for n in OBSERVED if f"known from {n}" in known)
-    text = f"; of {', '.join(counts)}: albedo {low:.3f} to {high:.3f} (90 %)"
+    text = f"; from {', '.join(counts)}: albedo {low:.3f} to {high:.3f} (90 %)"
     return f"{text}, f_r within a factor of {known['f_r known within a factor']:.2f}"
 
 

@@ -45,6 +45,6 @@ def members(basis: LatentBasis, kind: str) -> list[int]:
         index for index, name in enumerate(names) if kind and kind.lower() in name.lower()
     ]
     if not found:
-        there = f"kinds are {', '.join(known)}" if known else "their names tell of no kind"
+        there = f"kinds are {', '.join(known)}" if known else "their names tell no kind"
         raise NacreError(f"the basis was trained on no material like {kind!r}; {there}")
     return found

@@ -50,7 +50,7 @@ class PredictingBasis(LatentBasis):
             if family(name) != predictor.family or len(predictor.layers[0].weights) != (
                 self.code_dim
             ):
-                raise ValueError(f"predictor {name!r} is not of {self.code_dim} values")
+                raise ValueError(f"predictor {name!r} is not for codes of {self.code_dim} values")
 
     def _without_predictors(self) -> LatentBasis:
         return self.replaced(predictors={})

@@ -122,8 +122,8 @@ def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> FitData:
     if scan is not None:
         if recipe.activation == SQUARED_RELU:
             raise NacreError(
-                f"{brdf.name or 'scan'}: networks of scans have ReLUs, the last of which clamp "
-                "them; leave the activation open"
+                f"{brdf.name or 'scan'}: networks for scans have ReLUs, the last of which clamp "
+                "them; leave the activation unset"
             )
         half = max(BLOCK, recipe.batch // (2 * BLOCK) * BLOCK)
         # Rounded weights would not clamp a scan exactly.

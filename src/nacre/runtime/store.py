@@ -69,7 +69,7 @@ class Store:
         with self.readable(name):
             header, tensors = from_file(path, _KEY, _LIMIT, "a state that nacre keeps")
             if header["fingerprint"] != self.fingerprint:
-                raise NacreError(f"{path}: is of another run; remove it to begin anew")
+                raise NacreError(f"{path}: belongs to another run; remove it to start over")
             return _unpacked(header["state"], tensors)
 
     def save(self, state: Any, name: str = "") -> None:
@@ -125,7 +125,7 @@ class Store:
         except Exception as error:  # what takes a state up may be a library
             if isinstance(error, NacreError) and not isinstance(error, FormatError):
                 raise
-            problem = f"cannot be read, remove it to begin anew: {reason(error)}"
+            problem = f"cannot be read, remove it to start over: {reason(error)}"
             raise NacreError(f"{self.file(name)}: {problem}") from error
 
     def due(self, seconds: float) -> bool:

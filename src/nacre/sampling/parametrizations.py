@@ -49,7 +49,7 @@ class Parametrization(abc.ABC):
         The logistic function of free parameters gives the same; so a network learns from lobes.
         Raises ValueError if the sampler is of another kind.
         """
-        raise ValueError(f"lobes of {type(sampler).__name__} are no labels here")
+        raise ValueError(f"lobes of type {type(sampler).__name__} cannot be labels here")
 
 
 class BlinnPhongParametrization(Parametrization):
