@@ -148,7 +148,7 @@ class Brdf(Described):
         source: Mapping[str, str] | None = None,
         sampler: Sampler | None = None,
     ) -> None:
-        # What is not given stays as the class has it: subclasses may set defaults there.
+        # What is not given keeps the value of the class: subclasses may set defaults there.
         for key, value in (("name", name or None), ("source", source), ("sampler", sampler)):
             if value is not None:
                 setattr(self, key, value)
@@ -305,7 +305,7 @@ class Brdf(Described):
         return in_chunks(values, wi, wo, (), np.bool_)
 
     def sample(self, wo: npt.ArrayLike, u: npt.ArrayLike) -> tuple[Vectors, Scalars]:
-        """Directions to the light drawn for given directions to the viewer.
+        """Directions to the light drawn for given directions to the viewer, and their densities.
 
         Parameters
         ----------
@@ -316,10 +316,9 @@ class Brdf(Described):
 
         Returns
         -------
-        wi
-            Unit directions, shape (..., 3).
-        pdf
-            Density in 1/sr, shape (...); 0 where `wi` or `wo` is at or below the horizon.
+        wi, pdf
+            Unit directions, shape (..., 3), and densities in 1/sr, shape (...): 0 where `wi` or
+            `wo` is at or below the horizon.
 
         Raises
         ------

@@ -22,19 +22,10 @@ class Btf(Described):
 
     Values are reflectance factors, pi f_r, as linear Rec. 709 RGB without the cosine: 1 is a
     perfectly white diffuse surface. They may be read from a file on demand, so ask for many at
-    once. Texel `y * width + x` lies in row y from the top, column x. Objects do not change after
-    they are made: :meth:`replaced` makes a copy with another name or source.
-
-    Parameters
-    ----------
-    width, height
-        In texels.
-    wi, wo
-        Unit directions to the light and to the viewer, shape (n, 3), float32 as all arrays here.
-    name
-        Name of the material, for people.
-    source
-        Where the data came from: "file" and "sha256"; see :class:`nacre.io.source.Source`.
+    once. Texel `y * width + x` lies in row y from the top, column x. `wi` and `wo` are unit
+    directions to the light and to the viewer, shape (n, 3), float32 as all arrays here. Objects do
+    not change after they are made: :meth:`replaced` makes a copy with another name or source
+    ("file" and "sha256"; see :class:`nacre.io.source.Source`).
     """
 
     by_image: bool = False

@@ -21,18 +21,10 @@ _Member = TypeVar("_Member")
 class Registry(Mapping[str, _Member], Generic[_Member]):
     """The members of a family by name; each is imported when it is first asked for.
 
-    Parameters
-    ----------
-    group
-        Group of the entry points by which other packages add members, like `nacre.formats`.
-    what
-        What a member is called in messages, like "format".
-    builtin
-        Names of the built-in members, in order, each with its place: `module:attribute`.
-    base
-        Class that members are instances or subclasses of; those from other packages are checked.
-    builtin_first
-        Whether built-in members come before those from other packages.
+    Built-in members have a place, `module:attribute`, and come in that order, before those that
+    other packages add by entry points in a `group` like `nacre.formats` if `builtin_first`. Members
+    are instances or subclasses of `base`, which is checked for those from other packages; `what`
+    they are called in messages is, for example, "format".
     """
 
     def __init__(

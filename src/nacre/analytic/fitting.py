@@ -23,7 +23,7 @@ from nacre.sampling import check_isotropic, draw_samples
 
 Model = TypeVar("Model", bound=AnalyticBrdf)
 
-SAMPLES = 40_000  # samples drawn of a reflectance: a model has a dozen parameters, not hundreds
+SAMPLES = 40_000  # samples drawn from a reflectance: a model has a dozen parameters, not hundreds
 STARTS = 16
 
 _LIMIT = 30.0  # of parameters on the whole line: beyond it they are at their bounds
@@ -189,7 +189,7 @@ def _loss(brdf: Brdf, samples: DirectionSamples, gain: float) -> float:
 
 
 def _minimum(problem: _Problem, iterations: int, free: Doubles) -> tuple[Doubles, float]:
-    with np.errstate(all="ignore"):  # of this thread
+    with np.errstate(all="ignore"):  # the setting belongs to a thread
         return minimize(problem.residuals, problem.jacobian, free, iterations, _LIMIT)
 
 

@@ -46,27 +46,17 @@ class _Bounded:
 
 @dataclass(frozen=True)
 class Parameter(_Bounded):
-    """A named parameter of a model, and its range.
+    """A named parameter of a model, and its range."""
 
-    Parameters
-    ----------
-    name
-        As in the model's files.
-    low, high
-        Bounds, both included.
-    start
-        Range that a fit starts from, at random: evenly in the logarithm, or evenly where it reaches
-        down to 0 or below.
-    color
-        Whether there is one per color channel. In a model that is fitted on samples, such a
-        parameter acts on its own channel only.
-    """
-
-    name: str
-    low: float
+    name: str  # as in the model's files
+    low: float  # bounds, both included
     high: float
     start: tuple[float, float]
+    """Range that a fit starts from, at random: evenly in the logarithm, or evenly where it reaches
+    down to 0 or below."""
     color: bool = False
+    """Whether there is one per color channel. In a model that is fitted on samples, such a
+    parameter acts on its own channel only."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -146,17 +136,10 @@ class AnalyticBrdf(LobeSampledBrdf):
     """A reflectance with a formula and named parameters.
 
     A subclass has a :attr:`model`, :attr:`parameters` and a :meth:`formula`, and a sampler of its
-    own if lobes fitted to it are not good enough.
-
-    Parameters
-    ----------
-    name, source, sampler
-        See :class:`nacre.brdf.Brdf`.
-    metadata
-        JSON-able facts about the fit and its source, kept in the file.
-    **values
-        Every one of :attr:`parameters` and :attr:`tables` by name: a number, three for a color,
-        rows of numbers for a table. ValueError if one is missing, unknown, or out of bounds.
+    own if lobes fitted to it are not good enough. An object is made from `values`: every one of
+    :attr:`parameters` and :attr:`tables` by name, a number, three for a color, rows of numbers for
+    a table; ValueError if one is missing, unknown, or out of bounds. The `metadata` are JSON-able
+    facts about the fit and its source, kept in the file.
     """
 
     model: ClassVar[str]
@@ -263,7 +246,6 @@ def lambertian(values: Values) -> Components:
 SCALE = Parameter("specular", 0.0, 1e3, (0.01, 1.0), color=True)
 """Color that scales the lobe of models whose Fresnel term has none."""
 
-# F0 of Schlick's Fresnel term
 NORMAL_REFLECTANCE = Parameter("normal_reflectance", 0.0, 1.0, (0.05, 0.9))
 """F0 of Schlick's Fresnel term."""
 

@@ -63,7 +63,7 @@ class Npf(FactoredBrdf):
             samples, weights = draw(brdf, samples, seed)
 
         def fitted(channel: int) -> Factors:
-            with np.errstate(all="ignore"):  # of this thread
+            with np.errstate(all="ignore"):  # the setting belongs to a thread
                 return Channel(samples, channel, weights, gain).fit()
 
         channels = []

@@ -25,10 +25,10 @@ from nacre.runtime.progress import Progress
 from nacre.sampling.lit_views import LAMPS, SHARPNESS, lit_spheres, lit_views
 
 _ANGLES = (0.0, 20.0, 45.0, 70.0, 100.0)  # between light and view; degrees
-_DARK = 1e-4  # added to what is seen: of black, the gamma curve has no derivative
+_DARK = 1e-4  # added to what is seen: at black, the gamma curve has no derivative
 _STEP = 1e-2  # of differences, on the whole line
 _LIMIT = 12.0  # of parameters on the whole line: beyond it they are at their bounds
-_EDGE = 1e-3  # from their bounds, as a fraction of the range, parameters start
+_EDGE = 1e-3  # distance of a start from the bounds, as a fraction of the range
 _FLOOR = 1e-6  # mean squared error, 60 dB, below which a picture is not weighted up any more
 _FEW, _MORE, _ALL = 20, 15, 40  # steps of a start, of the best eighth and of the best
 
@@ -36,16 +36,9 @@ _FEW, _MORE, _ALL = 20, 15, 40  # steps of a start, of the best eighth and of th
 class Pictures:
     """What pictures show of a material, for models to be compared with.
 
-    Parameters
-    ----------
-    isotropic
-        Whether all views may have azimuth 0.
-    seed
-        Chooses lamps and directions.
-    rough
-        Take a tenth of the directions, for many starts.
-
-    Raises NacreError if hardly any of it is known.
+    All views may have azimuth 0 if `isotropic`; the seed chooses lamps and directions; `rough`
+    takes a tenth of the directions, for many starts. Raises NacreError if hardly any of the
+    material is known.
     """
 
     def __init__(self, brdf: Brdf, isotropic: bool, seed: int, *, rough: bool = False) -> None:

@@ -98,7 +98,7 @@ def load(path: Path, material: str | None = None) -> AnalyticBrdf:
             given["normal_reflectance"], given["slope"] = given.pop("eta")
             given["log_c"] = [math.log(c) for c in given.pop("c")]
         except (KeyError, TypeError, ValueError) as error:
-            raise FormatError(f"{where}: eta or c is not as this model has it") from error
+            raise FormatError(f"{where}: eta or c is not what this model takes") from error
     values = {names_here.get(key, key): value for key, value in given.items()}
     try:
         return MODELS[model](name=material, diffuse=diffuse, **values)

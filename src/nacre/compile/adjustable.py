@@ -16,17 +16,10 @@ from nacre.compile.vectorized import VectorFunction
 class AdjustableFunction:
     """A formula of named parameters and two vectors, compiled once for all values of these.
 
-    Not for several threads at a time: the parameters of a call are kept in the object.
-
-    Parameters
-    ----------
-    formula
-        From parameters by name and two vectors to a vector; called once.
-    shapes
-        Shape of each parameter: () for a number, (3,) for a color, which the formula takes as a
-        tuple, (rows, nodes) for a table.
-
-    Raises what :class:`nacre.compile.vectorized.VectorFunction` raises.
+    The `formula`, from parameters by name and two vectors to a vector, is called once. `shapes` are
+    those of the parameters: () for a number, (3,) for a color, which the formula takes as a tuple,
+    (rows, nodes) for a table. Not for several threads at a time: the parameters of a call are kept
+    in the object. Raises what :class:`nacre.compile.vectorized.VectorFunction` raises.
     """
 
     def __init__(

@@ -21,10 +21,10 @@ from nacre.errors import NacreError
 from nacre.io.memory import available_memory
 from nacre.runtime.lock import exclusive
 
-_MIN_MEMORY = 256 << 20  # to compile the kernel of a fit takes half of it
+_MIN_MEMORY = 256 << 20  # compiling the kernel of a fit takes half of it
 
 # Inlined, for a symbol of its own would be looked up in whatever this process has compiled so far:
-# code of other roundings than that which the next process loads from the disk.
+# code with other roundings than what the next process loads from the disk.
 inner = numba.njit(error_model="numpy", forceinline=True)
 """A function that becomes part of the compiled functions that call it."""
 inner_fast = numba.njit(error_model="numpy", fastmath=True, forceinline=True)

@@ -128,7 +128,7 @@ def check_unit(name: str, w: Floats) -> Floats:
     with np.errstate(over="ignore", invalid="ignore"):
         for start in range(0, len(flat), _CHUNK):
             squares = _squared_lengths(flat[start : start + _CHUNK])
-            if not (squares.min() >= _LOW and squares.max() <= _HIGH):  # of NaN too
+            if not (squares.min() >= _LOW and squares.max() <= _HIGH):  # also for NaN
                 break
         else:
             return w

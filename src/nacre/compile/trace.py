@@ -40,18 +40,10 @@ class Trace:
     """The operations of a formula so far.
 
     `expanded` says what exponentials, logarithms and circular functions are made of; those that are
-    missing are operations themselves.
-
-    Attributes
-    ----------
-    operations
-        What computes each value.
-    numbers
-        Numbers in the formula, in the order of their first use.
-    origins
-        Origins of the numbers that are data (:class:`nacre.compile.data.Datum`), by place.
-    tables
-        Flat arrays that it gathers from, and weights of layers.
+    missing are operations themselves. :attr:`operations` compute each value. :attr:`numbers` are
+    those in the formula, in the order of their first use, and :attr:`origins` tell where those that
+    are data (:class:`nacre.compile.data.Datum`) come from, by place. :attr:`tables` are flat arrays
+    that it gathers from, and weights of layers.
     """
 
     def __init__(self, *, expanded: Formulas = elementary.FUNCTIONS) -> None:
@@ -79,7 +71,7 @@ class Trace:
     def number(self, value: float) -> Traced:
         """A number in the formula, which is data of the compiled code."""
         single = float(np.float32(value))
-        # Of a material, two numbers that happen to be equal are two; of a formula they are one.
+        # Two numbers that happen to be equal are two in a material, but one in a formula.
         known = ("datum", value.origin) if isinstance(value, Datum) else ("number", str(single))
         if known not in self._known:
             self._known[known] = len(self.numbers)
@@ -306,7 +298,7 @@ def _extremum(name: str) -> Callable[[Any, Any], Any]:
             return plain(a, b) if whole else computed(name, plain, a, b)
         trace = _trace(a, b)
         a, b = trace.as_value(a, kinds[0]), trace.as_value(b, kinds[0])
-        # What is not a number stays so where it stands on the left.
+        # A NaN on the left stays one.
         pair = (b, a) if trace.operations[a.number][1] in _NUMBERS else (a, b)
         return trace.add(kinds[0], plain.__name__, *pair)
 
@@ -325,7 +317,7 @@ def _where(condition: Any, a: Any, b: Any) -> Any:
 
 
 def _to_index(x: Any) -> Any:
-    positive = _where(x > 0.0, x, 0.0)  # also of what is not a number
+    positive = _where(x > 0.0, x, 0.0)  # also for NaN
     return x.trace.add(INDEX, "truncate", _extremum("minimum")(positive, _LARGEST_INDEX))
 
 

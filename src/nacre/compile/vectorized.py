@@ -136,7 +136,7 @@ def _code(program: Program) -> bytes:
     code: bytes = _target().emit_object(llvm.parse_assembly(str(module(program))))
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_suffix(f".{os.getpid()}")  # one thread at a time is here
+        part = path.with_suffix(f".{os.getpid()}")  # only one thread at a time gets here
         part.write_bytes(hashlib.sha256(code).digest() + code)
         part.replace(path)
     return code

@@ -28,7 +28,7 @@ _SETTLED = 2_000_000_000  # nanoseconds since a file was written
 
 _TEMPORARY = re.compile(r"\.([0-9a-f]{6})([0-9a-f]{6})[0-9a-f]{4}(\.\w+)?")
 """Names that :func:`atomic_path` makes: a mark of the file to write, the process, anything."""
-_PROCESSES = 0xFFFFFF  # numbers of processes; Windows has larger ones, but there none is asked for
+_PROCESSES = 0xFFFFFF  # numbers of processes; larger ones on Windows are not checked there
 
 
 def first_bytes(path: PathLike, count: int = HEAD) -> bytes:

@@ -40,7 +40,6 @@ PIXEL_LIMIT = 1 << 26
 """Most pixels of an image that is read whole: what packs well could fill any memory."""
 
 _EXR_HEADER_LIMIT = 1 << 16
-# rows of a block, by the kind of compression
 _EXR_ROWS = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 5: 16, 6: 32, 7: 32, 8: 32, 9: 256}
 """Rows of a block, by the kind of compression."""
 _EXR_LONG_NAMES = 0x400  # the one flag of an image in scan lines that is not a plain one
@@ -283,7 +282,7 @@ def _source(data: bytes, path: PathLike) -> Any:
     """What Mitsuba should decode: the file itself, or bytes where it would misread that."""
     changed = None
     if data.startswith(PNG_MAGIC):
-        # Must be whole: Mitsuba does not notice that a stream in memory ends.
+        # It must be whole: Mitsuba does not notice where a stream in memory ends.
         changed = _critical_chunks(data, path)
     elif data.startswith(EXR_MAGIC):
         changed = _exr_at_origin(data, path)

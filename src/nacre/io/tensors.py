@@ -90,7 +90,7 @@ def check_unit_vectors(tensors: Tensors) -> None:
 def check_numbers(tensors: Tensors, largest: float) -> None:
     """Raise ValueError, naming the tensor, for numbers that are not finite or too large."""
     for name, array in tensors.items():
-        with np.errstate(over="ignore"):  # of a bound that half precision does not hold
+        with np.errstate(over="ignore"):  # half precision may not hold the bound
             fine = (np.abs(array) < largest).all()
         if not fine:
             raise ValueError(f"{name} holds numbers that are not finite or too large")
@@ -134,7 +134,7 @@ def format_errors(path: PathLike) -> Iterator[None]:
         raise
     except KeyError as error:
         raise FormatError(f"{path}: field {reason(error)} is missing") from error
-    except (TypeError, AttributeError) as error:  # Python's words for it are none of the user's
+    except (TypeError, AttributeError) as error:  # Python's own words would not help a user
         raise FormatError(f"{path}: a field of its header has the wrong type") from error
     except (ValueError, OverflowError, RecursionError) as error:
         raise FormatError(f"{path}: {reason(error)}") from error

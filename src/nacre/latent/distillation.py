@@ -26,7 +26,7 @@ from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress
 
 DIRECTIONS = 1 << 15  # pairs of directions at which materials are seen
-EPOCHS = 10  # of a short fit: ones of 40 are twice as close, and their codes half as good
+EPOCHS = 10  # of a short fit: 40 come twice as close, but their codes are half as good
 _BEGINNING = Recipe(inputs=PAPER, epochs=100)
 _LEARNING_RATE = 1e-3  # of a short fit
 _HELD_OUT = 0.05

@@ -37,7 +37,6 @@ class Estimate:
     """What few samples, or photographs, tell about a material."""
 
     material: CodedBrdf  # the expected one
-    # equally plausible, in the basis of the material, shape (COUNT, k)
     codes: npt.NDArray[np.float16]  # equally plausible, in the material's basis, shape (COUNT, k)
     count: int  # of samples or pixels
     scale: tuple[float, float] | None = None  # see Posterior.scale

@@ -30,10 +30,10 @@ from nacre.numerics.mlp import SILU, Layer, dense
 from nacre.runtime.progress import Progress
 from nacre.runtime.store import Store
 
-_REACH = 0.4  # how much of the weights' own scale, about, an output of the hypernetwork is
+_REACH = 0.4  # scale of the hypernetwork's outputs, relative to that of the weights
 _DIRECTIONS = 1 << 16  # pairs of directions that the basis is evaluated at, once
 _KNOWN = 0.7  # fraction of codes drawn about those of known materials; others are about 0
-_SPREAD = 1.5  # largest standard deviation about these: new materials are not just as those known
+_SPREAD = 1.5  # largest standard deviation about these: new materials are not just like known ones
 
 
 def train_hypernetwork(

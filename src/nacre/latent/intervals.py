@@ -30,20 +30,13 @@ def reflectance_interval(
     wo: npt.ArrayLike,
     fraction: float = FRACTION,
 ) -> tuple[Doubles, Doubles]:
-    """Lower and upper ends of f_r in 1/sr at pairs of directions, linear RGB, shapes (..., 3).
+    """Ends of f_r in 1/sr at pairs of directions, linear RGB, shapes (..., 3), between which the
+    truth should lie with a frequency of `fraction`.
 
-    Where the materials leave ln f_r uncertain, what no code explains adds to it. In integrals over
-    directions, as an albedo or a picture, that averages out: :func:`interval` is enough there. The
-    ends are 0 where a direction is at or below the horizon.
-
-    Parameters
-    ----------
-    plausible
-        Equally plausible materials, one or more.
-    wi, wo
-        Unit directions to the light and to the viewer, shapes (..., 3) that broadcast.
-    fraction
-        How often the truth should lie inside.
+    Where the `plausible` materials, one or more, leave ln f_r uncertain, what no code explains adds
+    to it. In integrals over directions, as an albedo or a picture, that averages out:
+    :func:`interval` is enough there. Directions, shapes (..., 3), broadcast; the ends are 0 where
+    one is at or below the horizon.
     """
     from scipy.special import ndtri
 

@@ -52,7 +52,7 @@ from nacre.sampling.parametrizations import BEST
 
 BRIGHTEST = math.log(1e6)  # bound of ln f_r: whatever a code holds, what it stands for is finite
 PRIOR = 0.05  # what a standard deviation of a value costs, beside the sum of single errors
-MAX_SAMPLES = 2048  # samples that count: of more, a code has nothing to learn
+MAX_SAMPLES = 2048  # samples that count: a code learns nothing from more
 _STEPS = 15
 _FARTHEST = 100.0  # bound of the values that are found
 

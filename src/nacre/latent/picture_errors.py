@@ -13,7 +13,7 @@ from nacre.sampling.lit_views import lit_views
 
 _SINGLE = 2048  # directions of the first kind: a code has a few dozen values
 _SEEN = 10.0  # weight of the mean error of what views see, beside that of single directions
-_DARK = 1e-4  # added to what views see: of black, the gamma curve has no derivative
+_DARK = 1e-4  # added to what views see: at black, the gamma curve has no derivative
 
 
 class PictureErrors:

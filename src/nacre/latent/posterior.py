@@ -29,7 +29,7 @@ _LONGEST, _PART = 1.0, 0.7
 """Change of a value in one step, and the part of a step that is taken: far from where it was
 linearized, the logarithm may be another one.
 """
-_CLOSE = 1e-2  # change of the values by which the last step is known
+_CLOSE = 1e-2  # change of the values below which a step is the last
 _TYPICAL, _FREEDOM = 0.3, 3.0
 """Deviation of the logarithm next to which noise counts; degrees of freedom of the Student
 distribution that tells outliers.

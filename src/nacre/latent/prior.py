@@ -32,7 +32,7 @@ density of codes that are left out is within 0.5 of what weights found for these
 PLAUSIBLE = 0.05
 """Fraction of the training materials that are less plausible than what is called plausible."""
 
-_FLOOR = 1e-4  # least variance: of materials that are all the same, the density stays finite
+_FLOOR = 1e-4  # least variance: keeps the density finite where all materials are the same
 _ROUNDS, _HALVINGS = 60, 30  # of a projection
 _CLOSE = 1e-6  # change of a code at which a projection has settled
 

@@ -44,9 +44,8 @@ AnyArray: TypeAlias = npt.NDArray[Any]
 
 
 class WeightBasis(LatentBasis):
-    """A basis that turns every code into the weights of a network.
-
-    Weights are laid out layer by layer, each with the matrix by rows of inputs and then the biases.
+    """A basis that turns every code into the weights of a network, layer by layer: the matrix of
+    each by rows of inputs, then its biases.
     """
 
     decodes_networks: ClassVar[bool] = True

@@ -49,14 +49,9 @@ def image_errors(
     """Errors of a linear picture against a true one after tone mapping, and the FLIP error of every
     pixel in [0, 1], shape (height, width), float32.
 
-    Parameters
-    ----------
-    truth, other
-        Linear RGB, shapes (height, width, 3), at least 7 x 7; clipped to [0, 1], then gamma.
-    mask
-        Pixels that count, shape (height, width); all where None.
-    gamma
-        Exponent of the display.
+    Pictures are linear RGB, shapes (height, width, 3), at least 7 x 7; clipped to [0, 1], then
+    raised to 1 / `gamma`. Pixels count where the mask, shape (height, width), is true; all without
+    one.
 
     Raises
     ------

@@ -27,7 +27,7 @@ def sampling_variance(brdf: Brdf) -> float:
     proposal = propose(_SEED, _PER_VIEW)
     wi, wo, density = proposal.wi, proposal.wo, proposal.density
     above = np.isfinite(density)
-    with np.errstate(all="ignore"):  # of a wild reflectance
+    with np.errstate(all="ignore"):  # a wild reflectance may overflow
         value = np.nan_to_num(brdf.eval(wi, wo) * wi[..., 2:], posinf=0.0) * above[..., None]
     pdf = brdf.pdf(wi, wo) * above
     if (value.max(axis=-1) > 0.0)[pdf == 0.0].any():

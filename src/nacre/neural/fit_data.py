@@ -30,8 +30,7 @@ from nacre.sampling import check_isotropic, fit_lobes
 from nacre.sampling.projection import Projection
 
 SAMPLES = 800_000  # samples of an isotropic material (NBRDF paper, section 3.1)
-# how many times as many anisotropic materials, and networks that see phi_h, take
-ANISOTROPIC_FACTOR = 5
+ANISOTROPIC_FACTOR = 5  # how many times as many samples networks that see phi_h take (ibid.)
 
 
 @dataclass(frozen=True)

@@ -137,8 +137,8 @@ def _fit_many(
     for index, brdf in enumerate(brdfs):
         try:
             material = prepare(brdf, recipe, progress or silent)
-        except Exception as error:  # of whatever kind, it must not cost the other materials
-            yield index, error.with_traceback(None)  # whose frames hold this one
+        except Exception as error:  # whatever it is, it must not affect other materials
+            yield index, error.with_traceback(None)  # whose frames hold this material
             continue
         waiting[material.shape][index] = material
         if sum(map(size, waiting)) >= room:

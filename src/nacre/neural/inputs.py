@@ -15,7 +15,6 @@ from nacre.geometry import (
 )
 
 PAPER, ENHANCED, STEREOGRAPHIC = "paper", "enhanced", "stereographic"
-# what enhanced inputs of anisotropic networks were; files with it are evaluated as before
 SPINNING = "spinning"
 """Enhanced inputs of anisotropic networks as they once were; files with them still load."""
 RECIPROCAL = "reciprocal"

@@ -51,7 +51,7 @@ class SampleStack:
     def __init__(self, samples: Sequence[Samples], device: str) -> None:
         counts = [part.block_count for part in samples]
         rows = samples[0].rows
-        # Sample by sample, so that a batch that is gathered is a matrix with a sample a row.
+        # Sample by sample, so that a gathered batch is a matrix with one sample per row.
         self.blocks = torch.empty((sum(counts), BLOCK, rows), device=device)
         self.parts = self.blocks.split(counts)
         for target, part in zip(self.parts, samples, strict=True):
@@ -128,7 +128,7 @@ class TorchTrainer:
         """
         if self._stream:
             self._stream.wait_stream(torch.cuda.current_stream(self._device))
-        with torch.cuda.stream(self._stream):  # of no effect without one
+        with torch.cuda.stream(self._stream):  # has no effect without one
             parts = torch.from_numpy(order).to(self._device).split(self._batch, dim=-1)
             for part, rate in zip(parts, torch.from_numpy(rates).to(self._device), strict=True):
                 self._rate.copy_(rate)

@@ -47,7 +47,7 @@ def _part(
     light, view = (w.movedim(-1, 0).contiguous().unbind() for w in (wi, wo))
     inputs = network_inputs(light, view, network.isotropic, network.inputs, angle)
     rows = [x if isinstance(x, torch.Tensor) else torch.full_like(light[0], x) for x in inputs]
-    # One row a unit: with a row a pair, products of layers this small take half as long again.
+    # One row per unit: with one per pair, products of such small layers take half as long again.
     values = torch.stack(torch.broadcast_tensors(*rows), 1).expand(len(layers[0][0]), -1, -1)
     *hidden, (weights, biases) = layers
     for w, b in hidden:

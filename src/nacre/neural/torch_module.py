@@ -1,4 +1,27 @@
-"""Networks as PyTorch modules: directions and weights with gradients, on any device."""
+"""A network as a PyTorch module, or networks of one shape as one module.
+
+Networks in a sequence must have the same inputs, isotropy, activation and sizes of layers. They
+stay as they are: parameters are copies, on the CPU in single precision. The module is called with
+directions `(wi, wo)`, and :meth:`NetworkModule.brdf` gives networks back.
+
+Raises
+------
+TypeError
+    If something is not a network.
+ValueError
+    If there is no network, or their shapes differ.
+
+Examples
+--------
+>>> import torch
+>>> from nacre.neural import Layer, NeuralBrdf
+>>> network = NeuralBrdf([Layer(torch.zeros(6, 3), torch.ones(3))])
+>>> up = torch.tensor([0.0, 0.0, 1.0])
+>>> module(network)(up, up).shape
+torch.Size([3])
+>>> module([network, network])(up, up.expand(5, 3)).shape
+torch.Size([2, 5, 3])
+"""
 
 from __future__ import annotations
 

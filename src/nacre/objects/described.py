@@ -11,7 +11,6 @@ from typing import Any
 from nacre.errors import printable
 from nacre.objects.frozen import Frozen
 
-# functions that draw materials for notebooks; the last one is used
 _drawers: list[Callable[[object], str]] = []
 """Functions that draw materials for notebooks; the last one is used."""
 

@@ -149,7 +149,7 @@ class _Search:
             if isinstance(statement, _Import):
                 found = self._imported(origin, statement)[name]
                 self.found.add(f"{origin}:{name} is {found.module}:{found.name}")
-                if found.name is not None:  # of modules, what is taken from them counts
+                if found.name is not None:  # from modules, only what is taken counts
                     yield found
             else:
                 self.found.add(f"{origin}:{name} {_text(statement)}")

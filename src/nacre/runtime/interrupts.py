@@ -26,7 +26,7 @@ def terminable() -> Iterator[None]:
         return
 
     def end(_number: int, _frame: object) -> None:
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second one must not stop the tidying up
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second one must not stop the cleaning up
         raise Terminated
 
     signal.signal(signal.SIGTERM, end)

@@ -25,6 +25,6 @@ def exclusive(path: Path, wait: bool = True) -> Iterator[None]:
     try:
         yield
     finally:
-        with suppress(OSError):  # while it is held: who waits for it sees that it is gone
+        with suppress(OSError):  # while it is held: whoever waits sees that it is gone
             path.unlink()
         lock.release()

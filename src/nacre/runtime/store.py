@@ -30,13 +30,9 @@ _ARRAY, _TUPLE, _ITEMS, _FLOAT = "$array", "$tuple", "$items", "$float"
 class Store:
     """Named states beside a path, all of one piece of work.
 
-    Parameters
-    ----------
-    path
-        Start of the files' names: the state without a name is kept there, one with a name in
-        `PATH.NAME.state`. None to keep nothing.
-    fingerprint
-        What must be the same for the work to continue: files with another fingerprint are refused.
+    The state without a name is kept at the path, one with a name in `PATH.NAME.state`; without a
+    path, nothing is kept. Files with another `fingerprint` are refused: it stands for what must be
+    the same for the work to continue.
     """
 
     def __init__(self, path: Path | None, fingerprint: str = "") -> None:
@@ -122,7 +118,7 @@ class Store:
         """
         try:
             yield
-        except Exception as error:  # what takes a state up may be a library
+        except Exception as error:  # a library may be restoring the state
             if isinstance(error, NacreError) and not isinstance(error, FormatError):
                 raise
             problem = f"cannot be read, remove it to start over: {reason(error)}"

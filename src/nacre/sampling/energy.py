@@ -50,7 +50,7 @@ def half_vector_rule(theta: Floats, phi: Floats, order: int) -> tuple[Floats, Fl
     cosine = 1.0 - (np.exp(stretched) - 0.5 * _FINEST)
     sine = np.sqrt(1.0 - cosine * cosine)
     view = np.cos(theta)[:, None], np.maximum(np.sin(theta), 1e-12)[:, None]
-    # Of larger azimuths from the plane of the view, the light is below the horizon.
+    # At larger azimuths from the plane of the view, the light is below the horizon.
     limit = view[0] * (0.5 / cosine - cosine) / (view[1] * sine)
     widest = np.arccos(np.clip(limit, -1.0, 1.0))
     y, v = _legendre(2 * order)

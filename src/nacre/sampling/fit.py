@@ -34,19 +34,14 @@ class LobeSampledBrdf(Brdf):
 
 
 def fit_lobes(brdf: Brdf, seed: int = 0) -> Sampler:
-    """Lobes that sample a reflectance with the least variance.
+    """Lobes that sample a reflectance with the least variance: a :class:`GgxMixture` with four
+    digits of each parameter, or the cosine lobe for what is black or diffuse.
 
-    For a set of views, directions drawn from a broad proposal estimate the second moment of f
-    cos(theta_i) / p under the density p of a mixture (see :mod:`nacre.sampling.moment`). Newton
-    steps lower it: from several roughnesses for a mixture with one lobe of GGX normals, then from
-    that lobe in two parts. Lobes of an anisotropic material may stay with its axes. The seed
-    chooses the proposal's directions.
-
-    Returns
-    -------
-    Sampler
-        A :class:`GgxMixture` with four digits of each parameter; the cosine lobe for what is black
-        or diffuse.
+    For a set of views, directions drawn from a broad proposal, which the seed chooses, estimate the
+    second moment of f cos(theta_i) / p under the density p of a mixture (see
+    :mod:`nacre.sampling.moment`). Newton steps lower it: from several roughnesses for a mixture
+    with one lobe of GGX normals, then from that lobe in two parts. Lobes of an anisotropic material
+    may stay with its axes.
     """
     moment = second_moment(brdf, seed)
     if not moment.weights.any():

@@ -14,7 +14,7 @@ _PAIRS = 512
 _TOLERANCE = 0.02
 """Difference that counts as none, relative to f_r or to 1 % of its mean: float32 leaves less even
 for sharp highlights."""
-_FRACTION = 0.01  # of the pairs of directions that may differ by more: tables jump between nodes
+_FRACTION = 0.01  # fraction of the pairs that may differ by more: tables jump between nodes
 
 
 def check_isotropic(brdf: Brdf) -> None:

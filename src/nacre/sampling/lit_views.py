@@ -50,22 +50,13 @@ def lit_views(
 ) -> LitViews:
     """Views as a picture of a sphere shows them, under an even sky and under lamps of many sizes.
 
-    The sky has radiance 1, so that the albedo is seen. Lamps are von Mises-Fisher lobes with the
-    sky's irradiance; those of every other light are near the mirror direction. The same seed gives
-    the same ones.
-
-    Parameters
-    ----------
-    views
-        How many, evenly over the picture of a sphere; or the squared sines of their polar angles.
-    directions, lights
-        How many of each per view; the first light is the sky.
-    sharpness
-        Range for the lamps: 3 is a third of the sky, 60 a bulb near by.
-    lamps
-        How many per light; several are mixed with each other and the sky at random.
-    isotropic
-        Whether views may all have azimuth 0; else they have one for all of their directions.
+    `views` are how many, evenly over the picture of a sphere, or the squared sines of their polar
+    angles; they may all have azimuth 0 if `isotropic`, else each has one for all of its directions.
+    Each has so many directions and lights, of which the first is the sky, with radiance 1, so that
+    the albedo is seen. Lamps are von Mises-Fisher lobes with the sky's irradiance, from one
+    `sharpness` to the other (3 is a third of the sky, 60 a bulb near by); those of every other
+    light are near the mirror direction. Several `lamps` per light are mixed with each other and the
+    sky at random. The same seed gives the same ones.
     """
     if isinstance(views, int):  # a sphere shows all of them alike
         views = ((np.arange(views) + 0.5) / views).tolist()
@@ -98,23 +89,13 @@ def lit_views(
 def lit_spheres(
     angles: Sequence[float], size: int, isotropic: bool = True
 ) -> tuple[Weights, Weights]:
-    """Pairs of directions in pictures of a sphere, each under one directional light.
+    """Pairs of directions (wi, wo), shapes (n, 3), in pictures of a sphere, each under one
+    directional light, where that reaches the sphere, in the frames of
+    :func:`nacre.render.sphere.frames`.
 
-    Parameters
-    ----------
-    angles
-        Between light and view, one per picture; degrees.
-    size
-        Pixels along an edge of a picture; only the half above the plane of light and view is taken
-        where the material is isotropic.
-    isotropic
-        Whether the material is; else lights come from as many azimuths.
-
-    Returns
-    -------
-    wi, wo
-        Where the light reaches the sphere, shape (n, 3), in the frames of
-        :func:`nacre.render.sphere.frames`.
+    `angles` are those between light and view in degrees, one per picture, and `size` the pixels
+    along its edge. For an isotropic material, only the half above the plane of light and view is
+    taken; for others, lights come from as many azimuths.
     """
     nodes = (np.arange(size) + 0.5) * 2.0 / size - 1.0
     x, y = (grid.reshape(-1) for grid in np.meshgrid(nodes, nodes))

@@ -16,10 +16,10 @@ from nacre.sampling.visible_normals import MIN_ROUGHNESS, sample_visible, visibl
 Values: TypeAlias = tuple[float, ...]
 """A value for each of the cosines of a mixture; linear between them, constant beyond."""
 
-MAX_LOBES, MAX_COSINES = 8, 16  # sizes that the code of a renderer grows with
+MAX_LOBES, MAX_COSINES = 8, 16  # the code of a renderer grows with these
 MAX_ROUGHNESS, MAX_SHIFT = 4.0, 2.0
 _IN_FILES = "share", "roughness", "across", "shift"  # the fields of a lobe
-_ROUNDING = 1e-6  # by which fractions may add up to more than 1
+_ROUNDING = 1e-6  # how far fractions may add up to more than 1
 _TINY = 1e-30
 
 

@@ -58,7 +58,7 @@ class Proposal:
 
     def weights(self, f_r: Floats) -> Floats:
         """The weights of :class:`Moment`, (..., v, n), for f_r in 1/sr, shape (..., v, n, 3)."""
-        with np.errstate(all="ignore"):  # of a wild reflectance
+        with np.errstate(all="ignore"):  # a wild reflectance may overflow
             value = f_r * self.wi[..., 2:]
             value = np.where(np.isfinite(value), value, 0.0)
             albedo = (value / self.density[..., None]).mean(axis=-2, keepdims=True)
@@ -86,7 +86,7 @@ def view_pairs(wo: Floats, wi: Floats, angle: float | None = None) -> Pairs:
 def second_moment(brdf: Brdf, seed: int = 0) -> Moment:
     """Evaluate a reflectance where samplers are compared; values that are not finite count as 0."""
     proposal = propose(seed)
-    with np.errstate(all="ignore"):  # of a wild reflectance
+    with np.errstate(all="ignore"):  # a wild reflectance may overflow
         f_r = brdf.eval(proposal.wi, proposal.wo)
     return Moment(proposal.wo, proposal.wi, proposal.weights(f_r))
 

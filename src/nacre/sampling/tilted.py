@@ -25,7 +25,7 @@ _ROUGHNESS = (0.15, 0.22, 0.32, 0.5, 0.8)
 _SLOPES = (0.2, 0.45)
 _AZIMUTHS = 8
 _BLOCK = 1 << 10
-_DARK = 1e-12  # of squared products with the cosine, so that a black texel has a mixture too
+_DARK = 1e-12  # added to squared products with the cosine: a black texel has a mixture too
 
 
 @dataclass(frozen=True)

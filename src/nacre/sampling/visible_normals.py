@@ -18,7 +18,7 @@ from nacre.geometry import dot, normalize
 
 MIN_ROUGHNESS = 1e-3  # below it float32 half vectors do not resolve the lobe
 
-_MIN_SQUARES = 0.01  # below those of any unit vector: of opposite directions at the horizon h is 0
+_MIN_SQUARES = 0.01  # below those of any unit vector; h is 0 for opposite directions at the horizon
 _MIN_AREA = 1e-12  # keeps directions below the horizon, which callers discard, from dividing by 0
 
 
