@@ -24,9 +24,7 @@ def embed(codes: npt.ArrayLike, seed: int = 0, what: str = "materials") -> Doubl
         raise NacreError(f"a map takes at least {MIN_CODES} {what}, got {len(values)}")
     tsne = require("openTSNE", "latent").TSNE(
         perplexity=_perplexity(len(values)),
-        initialization="pca"
-        if np.ptp(values, axis=0).any()
-        else "random",  # equal codes have no components
+        initialization="pca" if np.ptp(values, axis=0).any() else "random",  # all may be equal
         negative_gradient_method="bh",
         random_state=seed,
         n_jobs=1,

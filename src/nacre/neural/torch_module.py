@@ -1,27 +1,4 @@
-"""A network as a PyTorch module, or networks of one shape as one module.
-
-Networks in a sequence must have the same inputs, isotropy, activation and sizes of layers. They
-stay as they are: parameters are copies, on the CPU in single precision. The module is called with
-directions `(wi, wo)`, and :meth:`NetworkModule.brdf` gives networks back.
-
-Raises
-------
-TypeError
-    If something is not a network.
-ValueError
-    If there is no network, or their shapes differ.
-
-Examples
---------
->>> import torch
->>> from nacre.neural import Layer, NeuralBrdf
->>> network = NeuralBrdf([Layer(torch.zeros(6, 3), torch.ones(3))])
->>> up = torch.tensor([0.0, 0.0, 1.0])
->>> module(network)(up, up).shape
-torch.Size([3])
->>> module([network, network])(up, up.expand(5, 3)).shape
-torch.Size([2, 5, 3])
-"""
+"""Networks as PyTorch modules: directions and weights with gradients, on any device."""
 
 from __future__ import annotations
 
@@ -137,16 +114,9 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
 def module(brdf: NeuralBrdf | Sequence[NeuralBrdf]) -> NetworkModule:
     """A network as a PyTorch module, or networks of one shape as one module.
 
-    Parameters
-    ----------
-    brdf
-        One network, or a sequence of them with the same inputs, isotropy, activation and sizes of
-        layers. They stay as they are: parameters are copies, on the CPU in single precision.
-
-    Returns
-    -------
-    NetworkModule
-        Called with directions `(wi, wo)`; :meth:`NetworkModule.brdf` gives networks back.
+    Networks in a sequence must have the same inputs, isotropy, activation and sizes of layers. They
+    stay as they are: parameters are copies, on the CPU in single precision. The module takes
+    directions `(wi, wo)`, and :meth:`NetworkModule.brdf` gives networks back.
 
     Raises
     ------
