@@ -329,6 +329,6 @@ def test_a_recipe_of_a_surface_is_captured_as_it_was(tmp_path):
 @pytest.mark.parametrize("path", sorted((WRITTEN / "states").iterdir()), ids=lambda p: p.name)
 def test_states_of_stopped_work_are_refused_in_a_line_and_stay(path):
     before = path.read_bytes()
-    with pytest.raises(nacre.NacreError, match="cannot be read, remove it to begin anew"):
+    with pytest.raises(nacre.NacreError, match="cannot be read, remove it to start over"):
         Store(path).load()
     assert path.read_bytes() == before

@@ -29,6 +29,9 @@ Floats: TypeAlias = npt.NDArray[np.floating]
 Weights: TypeAlias = npt.NDArray[np.float32]
 """NumPy array of float32, of any shape."""
 
+Doubles: TypeAlias = npt.NDArray[np.float64]
+"""NumPy array of float64, of any shape."""
+
 if TYPE_CHECKING:
     from jaxtyping import Bool, Float
 
@@ -54,11 +57,11 @@ _ALIGNMENT = 64  # bytes; of a line of the cache, and of the widest vectors
 def aligned_zeros(
     shape: int | tuple[int, ...], dtype: npt.DTypeLike = np.float32
 ) -> npt.NDArray[Any]:
-    """Zeros that begin at a line of the cache, as vector code expects.
+    """Zeros that begin at a cache line, as vector code expects.
 
-    NumPy's own arrays lie by chance: Dr.Jit, which takes their memory as it is, reads numbers one
-    by one where several may straddle lines, and kernels over them take up to twice as long in some
-    processes as in others.
+    NumPy's own arrays are placed by chance: Dr.Jit, which takes their memory as it is, reads
+    numbers one by one where several may straddle lines, and kernels over them take up to twice as
+    long in some processes as in others.
     """
     size = int(np.prod(shape)) * np.dtype(dtype).itemsize
     raw = np.zeros(size + _ALIGNMENT, np.uint8)
@@ -69,10 +72,7 @@ def aligned_zeros(
 class Table:
     """A constant float32 array that any array library can gather from.
 
-    Parameters
-    ----------
-    values
-        Array of any shape; gathered by flat (C order) index.
+    `values`, of any shape, are gathered by flat (C order) index.
     """
 
     def __init__(self, values: npt.ArrayLike) -> None:
@@ -89,10 +89,10 @@ class Table:
 class Namespace:
     """Elementwise functions of one array library, under NumPy's names."""
 
-    library: str = "numpy"
-    """Name of the library."""
+    library: str = "numpy"  # its name
     differentiable: bool = False
-    """Whether arrays may carry gradients, which :meth:`matched` and what follows it are for."""
+    """Whether arrays may carry gradients, which :meth:`matched` and the methods after
+    it are for."""
     sqrt: Callable[[Array], Array]
     exp: Callable[[Array], Array]
     log: Callable[[Array], Array]
@@ -113,31 +113,25 @@ class Namespace:
     """`take(table, index)`: gather by flat index."""
 
     def dense(self, values: Sequence[Array], weights: Weights, biases: Weights) -> list[Array]:
-        """`values @ weights + biases` of a small layer with constant weights.
+        """`values @ weights + biases` for a small layer with constant weights.
 
-        Parameters
-        ----------
-        values
-            One array or number an input.
-        weights, biases
-            Shapes (inputs, outputs) and (outputs,).
+        `values` are one array or number per input; weights and biases have shapes (inputs, outputs)
+        and (outputs,).
         """
         raise NotImplementedError
 
     def join(self, components: Sequence[Array]) -> Array:
-        """One array of shape (..., components) of arrays or numbers that broadcast."""
+        """One array of shape (..., components) from arrays or numbers that broadcast."""
         return np.stack(np.broadcast_arrays(*components), axis=-1)
 
     def matched(self, *arrays: Any) -> tuple[Array, ...]:
-        """Arrays of this library, whatever they come as: on one device, of one floating type, which
-        is double if one of theirs is, else single.
+        """Arrays of this library, whatever they come as: on one device, with one floating type,
+        which is double if one of theirs is, else single.
         """
         raise NotImplementedError
 
     def peek(self, array: Array) -> Floats | None:
-        """The numbers, to be read only; None where that takes waiting for a device, or in a trace,
-        which has none.
-        """
+        """The numbers, to be read only; None in a trace or where a device would have to finish."""
         raise NotImplementedError
 
     def follows(self, *arrays: Array) -> bool:

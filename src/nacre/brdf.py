@@ -39,8 +39,8 @@ _LARGEST = float(np.finfo(np.float32).max)
 class Sampler(Frozen):
     """Draws `wi` for a given `wo`, with an exact density over solid angle.
 
-    A subclass with a :attr:`kind` that stands in :data:`nacre.sampling.SAMPLERS` can be kept in the
-    file of a network; `docs/extending.md` says how another package adds one.
+    A subclass with a :attr:`kind` in :data:`nacre.sampling.SAMPLERS` can be kept in the file of a
+    network; `docs/extending.md` says how another package adds one.
     """
 
     kind: ClassVar[str] = ""
@@ -58,9 +58,8 @@ class Sampler(Frozen):
         """Density of `wi` in 1/sr given `wo`; both are above the horizon."""
 
     def describe(self) -> dict[str, Any]:
-        """The kind, and the parameters of a dataclass, as JSON holds them.
-
-        :meth:`from_description` makes the sampler of them again.
+        """The kind, and the parameters of a dataclass, as JSON holds them; :meth:`from_description`
+        makes the sampler again.
         """
         return {"kind": self.kind, **(asdict(self) if is_dataclass(self) else {})}
 
@@ -74,12 +73,10 @@ class Sampler(Frozen):
 
     @classmethod
     def from_description(cls, description: Mapping[str, Any]) -> Sampler:
-        """The sampler that :meth:`describe` gave this description of.
+        """The sampler that :meth:`describe` returned this description of.
 
-        Raises
-        ------
-        KeyError, TypeError, ValueError
-            If something is missing, of the wrong type, or out of bounds.
+        Raises KeyError, TypeError or ValueError if something is missing, of the wrong type, or out
+        of bounds.
         """
         return cls(**{key: value for key, value in description.items() if key != "kind"})
 
@@ -104,10 +101,10 @@ class CosineSampler(Sampler):
 class Brdf(Described):
     """A reflectance: f_r(wi, wo) in 1/sr as linear Rec. 709 RGB, without the cosine.
 
-    A subclass gives :meth:`eval_components`, a formula on components (see :mod:`nacre.array`), and
-    gets NumPy evaluation, importance sampling, and rendering in Mitsuba from it.
+    A subclass provides :meth:`eval_components`, a formula on components (see :mod:`nacre.array`),
+    and gets NumPy evaluation, importance sampling, and rendering in Mitsuba from it.
 
-    Objects do not change after they are made: :meth:`replaced` gives a copy with another name,
+    Objects do not change after they are made: :meth:`replaced` makes a copy with another name,
     source or sampler.
 
     Parameters
@@ -121,7 +118,7 @@ class Brdf(Described):
     """
 
     isotropic: bool = True
-    """Whether f_r is unchanged when both directions turn about the normal. What a subclass says is
+    """Whether f_r is unchanged when both directions turn about the normal. A subclass's claim is
     tested before anything relies on it."""
 
     traceable: bool = True
@@ -139,7 +136,7 @@ class Brdf(Described):
     """Bands in nm, increasing, where spectra are known: see :meth:`eval_spectral`; else None."""
 
     source: Mapping[str, str] | None = None
-    """Where the data came from: "file" and "sha256"; :func:`nacre.load` says."""
+    """Where the data came from: "file" and "sha256"; :func:`nacre.load` sets it."""
 
     sampler: Sampler = CosineSampler()
     """Where :meth:`sample` and :meth:`pdf` come from."""
@@ -151,7 +148,7 @@ class Brdf(Described):
         source: Mapping[str, str] | None = None,
         sampler: Sampler | None = None,
     ) -> None:
-        # What is not given stays as the class has it: subclasses may set defaults there.
+        # What is not given keeps the value of the class: subclasses may set defaults there.
         for key, value in (("name", name or None), ("source", source), ("sampler", sampler)):
             if value is not None:
                 setattr(self, key, value)
@@ -171,20 +168,16 @@ class Brdf(Described):
     def scattered(self) -> Scattered | None:
         """The scattered samples that a fit should train on and be judged by.
 
-        None where any pair of directions may be asked for: the fit then draws its own.
+        None where any pair of directions may be evaluated: the fit then draws its own.
         """
         return None
 
     def eval_bands(self, wi: VectorList, wo: VectorList) -> SpectrumList:
-        """f_r in 1/sr per band, shape (n, bands), for directions of shape (n, 3).
+        """f_r in 1/sr per band, shape (n, bands), for directions of shape (n, 3), as
+        :meth:`eval_spectral` needs it: results below the horizon are ignored there, and negative
+        ones clamped.
 
-        What a reflectance with :attr:`wavelengths` gives to :meth:`eval_spectral`; results below
-        the horizon are ignored there, and negative ones clamped.
-
-        Raises
-        ------
-        NacreError
-            If there are no spectra.
+        Raises NacreError if there are no spectra.
         """
         raise NacreError(f"{self.name or 'this material'}: is known in RGB only, not by wavelength")
 
@@ -192,8 +185,9 @@ class Brdf(Described):
     def nbytes(self) -> int | None:
         """Bytes of the numbers that f_r comes from; None where it comes from no stored numbers.
 
-        Each number counts once, with the bytes it takes in memory: float32 as a rule. Not counted
-        is what is computed from them or serves sampling only, and the few numbers of fitted lobes.
+        Each number counts once, with the bytes it takes in memory: float32 as a rule. What is
+        computed from them or serves sampling only does not count, nor do the few numbers of fitted
+        lobes.
         """
         return None
 
@@ -215,15 +209,15 @@ class Brdf(Described):
     def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Colors:
         """f_r in 1/sr, linear RGB, without the cosine.
 
-        Of float32 it is compiled where :attr:`traceable`, and takes all cores from 100,000 pairs: a
-        pair has the same bits wherever it stands in an array. NumPy evaluates float64.
+        For float32 it is compiled where :attr:`traceable`, and takes all cores from 100,000 pairs:
+        a pair has the same bits wherever it stands in an array. NumPy evaluates float64.
 
         Parameters
         ----------
         wi, wo
             Unit directions to the light and to the viewer, shapes (..., 3) that broadcast. Where
             one is a PyTorch tensor or a JAX array, so is the result, on the same device and with
-            gradients; lengths are not checked on other devices than the CPU, and in traces.
+            gradients; lengths are checked on the CPU only, and not in traces.
 
         Returns
         -------
@@ -237,7 +231,7 @@ class Brdf(Described):
             If a direction is not a number, or not of unit length to
             :data:`nacre.compile.pairs.UNIT_TOLERANCE`.
         NacreError
-            If gradients are asked for and this reflectance is not :attr:`traceable`.
+            If gradients are wanted and this reflectance is not :attr:`traceable`.
         """
         if namespace(wi, wo).differentiable:
             tensor: Colors = self._eval_tensors(wi, wo)
@@ -254,7 +248,7 @@ class Brdf(Described):
         return in_chunks(values, wi, wo, (3,))
 
     def _eval_tensors(self, wi: Any, wo: Any) -> Array:
-        """What :meth:`eval` gives where a direction is an array of PyTorch or JAX."""
+        """What :meth:`eval` returns where a direction is an array of PyTorch or JAX."""
         xp = namespace(wi, wo)
         wi, wo = xp.matched(wi, wo)
         broadcast_shape(wi=wi, wo=wo)
@@ -278,28 +272,14 @@ class Brdf(Described):
         return join(above_horizon(self.eval_components(a, b), light, view))
 
     def eval_spectral(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Spectra:
-        """f_r in 1/sr at each of :attr:`wavelengths`, without the cosine.
+        """f_r in 1/sr at each of :attr:`wavelengths`, without the cosine, shape (..., bands).
 
         Between bands f_r is linear in the wavelength. :meth:`eval` is the color of these spectra,
-        but for what interpolating colors in place of spectra changes.
+        up to the difference between interpolating colors and spectra. Directions and values are
+        otherwise as in :meth:`eval`.
 
-        Parameters
-        ----------
-        wi, wo
-            Unit directions to the light and to the viewer, shapes (..., 3) that broadcast.
-
-        Returns
-        -------
-        array of shape (..., bands)
-            Non-negative; 0 where either direction is at or below the horizon. float64 if an input
-            is, else float32.
-
-        Raises
-        ------
-        NacreError
-            If there are no spectra: :attr:`wavelengths` is None.
-        ValueError
-            If a direction is not of unit length.
+        Raises NacreError if there are no spectra (:attr:`wavelengths` is None), ValueError if a
+        direction is not of unit length.
         """
         wi, wo = checked(wi=wi, wo=wo)
 
@@ -325,7 +305,7 @@ class Brdf(Described):
         return in_chunks(values, wi, wo, (), np.bool_)
 
     def sample(self, wo: npt.ArrayLike, u: npt.ArrayLike) -> tuple[Vectors, Scalars]:
-        """Directions to the light drawn for given directions to the viewer.
+        """Directions to the light drawn for given directions to the viewer, and their densities.
 
         Parameters
         ----------
@@ -336,10 +316,9 @@ class Brdf(Described):
 
         Returns
         -------
-        wi
-            Unit directions, shape (..., 3).
-        pdf
-            Density in 1/sr, shape (...); 0 where `wi` or `wo` is at or below the horizon.
+        wi, pdf
+            Unit directions, shape (..., 3), and densities in 1/sr, shape (...): 0 where `wi` or
+            `wo` is at or below the horizon.
 
         Raises
         ------
@@ -374,8 +353,8 @@ class Brdf(Described):
 def above_horizon(rgb: Components, wi: Components, wo: Components) -> Components:
     """Clamp colors to be non-negative, and to 0 where a direction is at or below the horizon.
 
-    What overflows is clamped to the largest float32. What :meth:`Brdf.eval` does, for components
-    of any array library.
+    What overflows is clamped to the largest float32. This is :meth:`Brdf.eval`'s clamp, for
+    components of any array library.
     """
     xp = namespace(*wi, *wo)
     visible = (wi[2] > 0.0) & (wo[2] > 0.0)
@@ -389,7 +368,6 @@ def above_horizon(rgb: Components, wi: Components, wo: Components) -> Components
 
 
 def eval_formula(brdf: Brdf, wi: Components, wo: Components) -> tuple[Components]:
-    """f_r as :meth:`Brdf.eval` has it."""
     return (above_horizon(brdf.eval_components(wi, wo), wi, wo),)
 
 
@@ -399,13 +377,11 @@ def _validity(brdf: Brdf, wi: Components, wo: Components) -> tuple[Array]:
 
 
 def sample_formula(sampler: Sampler, wo: Components, u: Components) -> tuple[Components, Array]:
-    """Directions and densities as :meth:`Brdf.sample` has them."""
     wi, pdf = sampler.sample_components(wo, u)
     return wi, _where_visible(pdf, wi, wo)
 
 
 def pdf_formula(sampler: Sampler, wi: Components, wo: Components) -> tuple[Array]:
-    """Densities as :meth:`Brdf.pdf` has them."""
     return (_where_visible(sampler.pdf_components(wi, wo), wi, wo),)
 
 
@@ -413,8 +389,7 @@ def _where_visible(values: Array, wi: Components, wo: Components) -> Array:
     return namespace(*wi, *wo).where((wi[2] > 0.0) & (wo[2] > 0.0), values, 0.0)
 
 
-def _visible(wi: Floats, wo: Floats) -> npt.NDArray[np.bool_]:
-    """Whether both directions, shapes (..., 3), are above the horizon."""
+def _visible(wi: Floats, wo: Floats) -> Mask:
     return (wi[..., 2] > 0) & (wo[..., 2] > 0)
 
 

@@ -21,33 +21,24 @@ class Btf(Described):
     """A grid of texels, each an apparent BRDF known at the same pairs of directions.
 
     Values are reflectance factors, pi f_r, as linear Rec. 709 RGB without the cosine: 1 is a
-    perfectly white diffuse surface. They may be read from a file as they are asked for, so ask for
-    many at once. Texel `y * width + x` lies in row y from the top, column x. Objects do not change
-    after they are made: :meth:`replaced` gives a copy with another name or source.
-
-    Parameters
-    ----------
-    width, height
-        In texels.
-    wi, wo
-        Unit directions to the light and to the viewer, shape (n, 3), float32 as all arrays here.
-    name
-        Of the material, for people.
-    source
-        Where the data came from: "file" and "sha256"; see :class:`nacre.io.source.Source`.
+    perfectly white diffuse surface. They may be read from a file on demand, so ask for many at
+    once. Texel `y * width + x` lies in row y from the top, column x. `wi` and `wo` are unit
+    directions to the light and to the viewer, shape (n, 3), float32 as all arrays here. Objects do
+    not change after they are made: :meth:`replaced` makes a copy with another name or source
+    ("file" and "sha256"; see :class:`nacre.io.source.Source`).
     """
 
     by_image: bool = False
     """Whether :meth:`texels` has to read every picture;
-    :func:`nacre.measured.textures.transposition.transposed` then gives the same texture with texels
-    that come at once."""
+    :func:`nacre.measured.textures.transposition.transposed` then makes the same texture with texels
+    that are read at once."""
     files: Sequence[Path] = ()
     """Pictures that it is read from; none where it lies in one file or in memory."""
     decodable: bool = False
-    """Whether :meth:`at_directions` gives the texture at any pairs of directions."""
+    """Whether :meth:`at_directions` returns the texture at any pairs of directions."""
     latent: Any = None
-    """Codes and their codec, a :class:`nacre.textures.LatentMap`, of an encoded texture; None of
-    any other."""
+    """Codes and their codec, a :class:`nacre.textures.LatentMap`, for an encoded texture; else
+    None."""
 
     def __init__(
         self,
@@ -63,17 +54,10 @@ class Btf(Described):
         self.name, self.source = name, source
 
     def at_directions(self, wi: Floats, wo: Floats) -> Btf:
-        """The same texture at other pairs of directions, if it is :attr:`decodable`.
+        """The same texture at other pairs of unit directions, shape (n, 3), if it is
+        :attr:`decodable`.
 
-        Parameters
-        ----------
-        wi, wo
-            Unit directions, shape (n, 3).
-
-        Raises
-        ------
-        NacreError
-            If it is known at its own directions only.
+        Raises NacreError if it is known at its own directions only.
         """
         raise NacreError(
             f"{self.name}: is known at its own {self.pair_count:,} pairs of directions only; "
@@ -94,12 +78,10 @@ class Btf(Described):
 
     @property
     def texel_count(self) -> int:
-        """Width times height."""
         return self.width * self.height
 
     @property
     def pair_count(self) -> int:
-        """Pairs of directions, n."""
         return len(self.wi)
 
     def summary(self) -> str:
@@ -131,7 +113,7 @@ class Btf(Described):
     ) -> Iterator[slice]:
         """Runs of texels, in order, whose values take at most `size_limit` bytes each.
 
-        They are those from `start` to before `stop`: of all, or of as many that were chosen.
+        They go from `start` to before `stop`: of all, or of as many as were chosen.
         """
         step = max(1, size_limit // (12 * self.pair_count))
         stop = self.texel_count if stop is None else stop
@@ -142,14 +124,8 @@ class Btf(Described):
 class TableBtf(Btf):
     """A texture whose values lie in one array, which may be mapped from a file.
 
-    Parameters
-    ----------
-    values
-        Reflectance factors, shape (height, width, n, 3), of any type of floats.
-    wi, wo
-        Unit directions, shape (n, 3).
-    name
-        Of the material.
+    `values` are reflectance factors, shape (height, width, n, 3), of any type of floats; `wi` and
+    `wo` unit directions, shape (n, 3).
     """
 
     def __init__(self, values: npt.NDArray[Any], wi: Floats, wo: Floats, name: str = "") -> None:

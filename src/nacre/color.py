@@ -12,18 +12,16 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Array, Colors, Components, Floats, Table, namespace
+from nacre.array import Array, Colors, Components, Doubles, Floats, Table, namespace
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Weights of linear Rec. 709 red, green and blue in luminance (ITU-R BT.709)."""
 
-GAMMA = 2.2
-"""Exponent of displays (NBRDF paper, section 3.2)."""
+GAMMA = 2.2  # exponent of displays (NBRDF paper, section 3.2)
 
 _GLARE = 0.15  # slope over the logarithm above 1, where displays end
 
-FIRST, STEP = 360.0, 10.0
-"""Wavelength of the first node and distance of two nodes, nm."""
+FIRST, STEP = 360.0, 10.0  # wavelength of the first node and distance of two nodes, nm
 
 # fmt: off
 _RED = (
@@ -42,24 +40,20 @@ _LAST = len(_RED) - 1
 
 
 def luminance(rgb: Components) -> Array:
-    """Luminance of color components."""
     return LUMINANCE[0] * rgb[0] + LUMINANCE[1] * rgb[1] + LUMINANCE[2] * rgb[2]
 
 
+# x and y of red, green, blue and white (ITU-R BT.709)
 REC_709 = ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06), (0.3127, 0.3290))
-"""x and y of red, green, blue and white (ITU-R BT.709)."""
 
 RADIANCE_PRIMARIES = ((0.64, 0.33), (0.29, 0.60), (0.15, 0.06), (1.0 / 3.0, 1.0 / 3.0))
-"""The same of Radiance's color, whose white is the spectrum of equal energy (color.h)."""
+"""The same for Radiance's color, whose white is the spectrum of equal energy (color.h)."""
 
 
-def rgb_to_xyz_matrix(chromaticities: npt.ArrayLike) -> npt.NDArray[np.float64]:
+def rgb_to_xyz_matrix(chromaticities: npt.ArrayLike) -> Doubles:
     """The matrix (3, 3) from linear RGB to CIE 1931 XYZ; Y of (1, 1, 1) is 1.
 
-    Parameters
-    ----------
-    chromaticities
-        x and y of red, green, blue and white, shape (4, 2).
+    `chromaticities` are x and y of red, green, blue and white, shape (4, 2).
     """
     x, y = np.asarray(chromaticities, np.float64).T
     red, green, blue, white = np.stack([x / y, np.ones(4), (1.0 - x - y) / y], axis=1)
@@ -67,22 +61,14 @@ def rgb_to_xyz_matrix(chromaticities: npt.ArrayLike) -> npt.NDArray[np.float64]:
     return np.asarray(primaries * np.linalg.solve(primaries, white))
 
 
-def xyz_to_rgb(xyz: Colors) -> npt.NDArray[np.float64]:
-    """Linear Rec. 709 RGB of CIE 1931 XYZ, shape (..., 3); Y of (f, f, f) is f (ITU-R BT.709)."""
+def xyz_to_rgb(xyz: Colors) -> Doubles:
+    """Linear Rec. 709 RGB from CIE 1931 XYZ, shape (..., 3); Y of (f, f, f) is f (ITU-R BT.709)."""
     to_rgb = np.linalg.inv(rgb_to_xyz_matrix(REC_709))
     return np.asarray(np.asarray(xyz, np.float64) @ to_rgb.T)
 
 
 def tone_map(image: Floats, gamma: float = GAMMA) -> Floats:
-    """Clip linear values to [0, 1] and apply a gamma curve (NBRDF paper, section 3.2).
-
-    Parameters
-    ----------
-    image
-        Linear values of any shape.
-    gamma
-        Exponent of the display.
-    """
+    """Clip linear values to [0, 1] and apply a gamma curve (NBRDF paper, section 3.2)."""
     mapped: Floats = np.clip(image, 0.0, 1.0) ** (1.0 / gamma)
     return mapped
 
@@ -91,7 +77,7 @@ def displayed(radiance: Floats, dark: float) -> tuple[Floats, Floats]:
     """What displays show of radiance, and its derivative; negative radiance counts as 0.
 
     Up to 1 it is the gamma curve, above a slow logarithm, so that highlights still count a little.
-    `dark` is added to the radiance: of black, the gamma curve has no derivative.
+    `dark` is added to the radiance: at black, the gamma curve has no derivative.
     """
     x = np.maximum(radiance, 0.0) + dark
     below = np.minimum(x, 1.0) ** (1.0 / GAMMA)
@@ -102,18 +88,7 @@ def displayed(radiance: Floats, dark: float) -> tuple[Floats, Floats]:
 
 
 def srgb_to_linear(encoded: Floats) -> Floats:
-    """Undo the sRGB curve (IEC 61966-2-1).
-
-    Parameters
-    ----------
-    encoded
-        Values in [0, 1] of any shape.
-
-    Returns
-    -------
-    array
-        Linear values in [0, 1].
-    """
+    """Undo the sRGB curve (IEC 61966-2-1) of values in [0, 1], of any shape."""
     high = ((encoded + 0.055) / 1.055) ** 2.4
     return np.asarray(np.where(encoded <= 0.04045, encoded / 12.92, high))
 

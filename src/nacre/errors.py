@@ -10,7 +10,7 @@ DISTRIBUTION = "nacre-materials"
 
 
 class NacreError(Exception):
-    """Something a user can mend; the message is one line that says how.
+    """Something a user can fix; the message is one line that says how.
 
     Characters that cannot be printed, of which a damaged file may have any, are escaped.
     """
@@ -58,10 +58,8 @@ class MissingExtraError(NacreError, ImportError):
 def require(module: str, extra: str) -> ModuleType:
     """Import an optional dependency.
 
-    Raises
-    ------
-    MissingExtraError
-        Naming the extra of this package that brings `module`, or saying why it does not load.
+    Raises MissingExtraError, naming the extra of this package that brings `module`, or saying why
+    it does not load.
     """
     package = module.partition(".")[0]
     try:

@@ -56,12 +56,12 @@ FORMATS: Registry[Format] = Registry(
     base=Format,
     builtin_first=False,
 )
-"""Every format; those that other packages add are asked before the built-in ones."""
+"""Every format; those that other packages add come before the built-in ones."""
 
 _OTHERS = {
     "nacre basis": "a latent basis; the nacre latent commands take it",
-    "nacre texel network": "a texture codec; nacre fit encodes textures by it",
-    "nacre map of texels": "a map of texels, which nacre btf map has made",
+    "nacre texel network": "a texture codec; nacre fit encodes textures with it",
+    "nacre map of texels": "a map of texels, made by nacre btf map",
 }
 """What files of ours are that hold no material, by the name of their header."""
 
@@ -69,25 +69,17 @@ _WORDS: dict[Kind, str] = {"brdf": "one material", "btf": "a texture (BTF)"}
 
 
 def formats(kind: Kind | None = None) -> tuple[Format, ...]:
-    """Every known format, or those of materials ("brdf") or textures ("btf") only."""
+    """Every known format, or only those for materials ("brdf") or textures ("btf")."""
     return tuple(entry for _, entry in FORMATS.members() if kind in (None, entry.kind))
 
 
 def identify(path: PathLike) -> Format:
-    """The format of what lies at a path.
+    """The format of what lies at a path: a file, a folder of images, or the name of a material that
+    comes with nacre.
 
     The first bytes decide; the file name decides only between formats that both recognize them, and
-    for formats that start with nothing to recognize.
-
-    Parameters
-    ----------
-    path
-        A file, a folder of images, or the name of a material that comes with nacre.
-
-    Raises
-    ------
-    FormatError
-        If there is nothing, or nothing of a known format.
+    for formats that start with nothing to recognize. Raises FormatError if there is nothing, or
+    nothing of a known format.
     """
     return _identify(resolve(path), {})
 
@@ -97,7 +89,7 @@ def _identify(path: Path, options: dict[str, Any]) -> Format:
 
 
 def _of_folder(path: Path, options: dict[str, Any]) -> Format:
-    """The format that claims a folder, or the only one of folders that takes the options."""
+    """The format that claims a folder, or the only one for folders that takes the options."""
     entries = [entry for entry in formats() if entry.claims_folder is not None]
     taking = [entry for entry in entries if not _unknown_options(entry.load, options)]
     for entry in taking or entries:
@@ -121,7 +113,7 @@ def _of_file(path: Path) -> Format:
         known = [e for e in entries if e.recognize is None and suffix in e.extensions]
     if not known:
         if other := _other(head):
-            raise FormatError(f"{path}: holds no material: is {other}")
+            raise FormatError(f"{path}: holds no material: it is {other}")
         raise FormatError(f"{path}: content is of no known format (known: {_endings(entries)})")
     return next((entry for entry in known if suffix in entry.extensions), known[0])
 
@@ -131,13 +123,13 @@ def _other(head: bytes) -> str:
     key = header_key(head)
     if key is None or key in ("nacre", "nacre latent map"):
         return ""
-    return _OTHERS.get(key, "a file of nacre's own, which is read by what has written it")
+    return _OTHERS.get(key, "a file of nacre's own, read by the command that wrote it")
 
 
 def describe_kind(path: PathLike) -> str:
     """What a file is, in words for a message: "one material (RGL)", "a latent basis; ...".
 
-    Empty where it is of no known kind, damaged beyond recognition or absent; does not raise.
+    Empty if its kind is unknown, or it is damaged beyond recognition or absent; does not raise.
     """
     if other := _other(first_bytes(path)):
         return other
@@ -157,9 +149,9 @@ def is_btf(path: PathLike) -> bool:
 def is_measured(path: PathLike) -> bool:
     """Whether a file in a folder is taken for a measured material, by its ending or its content.
 
-    That is so if it has an ending of a format for measurements, neither of the neural nor of the
-    analytic ones. Where other files have the ending too, as images do, its content must be of the
-    format; else damaged files count as well.
+    That is so if its ending belongs to a format for measurements, neither a neural nor an analytic
+    one. Where other files have the ending too, as images do, its content must be of the format;
+    else damaged files count as well.
     """
     return any(entry.claims is None or entry.claims(Path(path)) for entry in _of_ending(path))
 
@@ -185,8 +177,8 @@ def load(path: PathLike, material: str | None = None, **options: Any) -> Brdf | 
     material
         Name of a material, for files that hold several.
     options
-        As the reader of the format has them: `quantity` and `directions` of photographs (see
-        :func:`nacre.measured.textures.load_photographs`), `interpolation` of a MERL table. Those
+        Those of the format's reader: `quantity` and `directions` for photographs (see
+        :func:`nacre.measured.textures.load_photographs`), `interpolation` for a MERL table. Those
         that are None count as not given.
 
     Raises
@@ -201,24 +193,15 @@ def load(path: PathLike, material: str | None = None, **options: Any) -> Brdf | 
 
 
 def load_brdf(path: PathLike, material: str | None = None, **options: Any) -> Brdf:
-    """Read one material: as :func:`load`, or an encoded texture of one texel as a reflectance.
+    """Read one material as :func:`load`, or an encoded texture of one texel as a reflectance.
 
-    Raises
-    ------
-    FormatError
-        As :func:`load`, or if the file is a texture.
+    Raises FormatError as :func:`load`, or if the file is a texture.
     """
     return cast(Brdf, _load(path, "brdf", material, options))
 
 
 def load_btf(path: PathLike, **options: Any) -> Btf:
-    """Read a texture, as :func:`load` does.
-
-    Raises
-    ------
-    FormatError
-        As :func:`load`, or if the file is one material.
-    """
+    """Read a texture as :func:`load`; also raises FormatError if the file is one material."""
     return cast(Btf, _load(path, "btf", None, options))
 
 
@@ -230,11 +213,11 @@ def _load(path: PathLike, kind: Kind | None, material: str | None, given: dict[s
     load, source = entry.load, Source(path)
     if kind == "btf" and entry.kind == "brdf":
         problem = f"is one material ({entry.name}), not a texture (BTF)"
-        raise FormatError(f"{path}: {problem}; nacre btf tile makes one of it")
+        raise FormatError(f"{path}: {problem}; nacre btf tile makes a texture from it")
     if kind == "brdf" and entry.kind == "btf":
         if entry.load_material is None:
             problem = "is a texture (BTF), not one material"
-            raise FormatError(f"{path}: {problem}; nacre btf average makes one of it")
+            raise FormatError(f"{path}: {problem}; nacre btf average makes one from it")
         load, material, options = entry.load_material, None, {}
     _check_options(path, entry, load, options)
     if material is not None and not entry.several:
@@ -266,13 +249,13 @@ def save(material: Brdf | Btf, path: PathLike, **options: Any) -> Any:
     path
         File to write; replaced only by a whole new one.
     options
-        As the writer of the format has them: `resolution` of a table, `progress` of a texture,
-        `precision` of an archive, `components` of a `.btf`. Those that are None count as not given.
+        Those of the format's writer: `resolution` of a table, `progress` of a texture, `precision`
+        of an archive, `components` of a `.btf`. Those that are None count as not given.
 
     Returns
     -------
     loss
-        What the format has lost, where it keeps some components of the values only (`.btf`); else
+        What the format has lost, where it keeps only some components of the values (`.btf`); else
         None.
 
     Raises
@@ -290,19 +273,10 @@ def save(material: Brdf | Btf, path: PathLike, **options: Any) -> Any:
 
 
 def target(path: PathLike, kind: Kind = "brdf") -> Format:
-    """The format that is written to a file of this name.
+    """The format that is written to a file of this name, for a material ("brdf") or a texture
+    ("btf").
 
-    Parameters
-    ----------
-    path
-        Name of the file.
-    kind
-        What is to be written: "brdf", or "btf" for a texture.
-
-    Raises
-    ------
-    FormatError
-        If no format with this ending can be written.
+    Raises FormatError if no format with this ending can be written.
     """
     name, suffix = Path(path).name.lower(), Path(path).suffix.lower()
     writable = [entry for entry in formats() if entry.save is not None]
@@ -318,7 +292,7 @@ def target(path: PathLike, kind: Kind = "brdf") -> Format:
         raise FormatError(f"{path}: {held}, not {_WORDS[kind]} (known: {endings})")
     if not suffix and Path(path).is_dir():
         raise FormatError(f"{path}: is a directory, expected a file name (known: {endings})")
-    what = "to write" if kind == "brdf" else "of textures"
+    what = "to write" if kind == "brdf" else "for textures"
     raise FormatError(f"{path}: no format {what} ends in {suffix!r} (known: {endings})")
 
 
@@ -329,19 +303,8 @@ def _endings(entries: Iterable[Format]) -> str:
 def loses_bands(brdf: Brdf, path: PathLike, anew: bool = False) -> bool:
     """Whether :func:`save` would write only the color of a reflectance with spectra.
 
-    Parameters
-    ----------
-    brdf
-        What is to be written.
-    path
-        File to write.
-    anew
-        Whether a resolution is given, so that a table is tabulated anew.
-
-    Raises
-    ------
-    FormatError
-        If no format with this ending can be written.
+    `anew` is whether a resolution is given, so that a table is tabulated anew. Raises FormatError
+    if no format with this ending can be written.
     """
     keeps = target(path).keeps_bands(brdf, Path(path), anew)
     return brdf.wavelengths is not None and not keeps
@@ -352,17 +315,8 @@ def writer(
 ) -> Callable[[Brdf, Path], object]:
     """The function that writes what a file name ends in.
 
-    Parameters
-    ----------
-    path
-        Name of the file.
-    resolution
-        Numbers of nodes of a table; those that the format has by default where None.
-
-    Raises
-    ------
-    FormatError
-        If there is none, or its tables cannot have this resolution.
+    `resolution` are the numbers of nodes of a table, the format's default where None. Raises
+    FormatError if there is no such format, or its tables cannot have this resolution.
     """
     entry = target(path)
     assert entry.save is not None
@@ -381,21 +335,8 @@ def writer(
 
 
 def check_target(path: PathLike, brdf: Brdf) -> None:
-    """Raise now what writing a reflectance would raise when the work for it is done.
-
-    The work is to tabulate it, or to fit a network to it.
-
-    Parameters
-    ----------
-    path
-        File to write.
-    brdf
-        What is to be written, or what is fitted by that.
-
-    Raises
-    ------
-    FormatError
-        If the format cannot hold it.
+    """Raise now what writing a reflectance, or a fit to it, would raise when the work for it is
+    done: a FormatError if the format cannot hold it.
     """
     entry = target(path)
     if entry.isotropic and not brdf.isotropic:

@@ -36,10 +36,7 @@ def split(vectors: npt.ArrayLike) -> Components:
 def broadcast_shape(**named: Array) -> tuple[int, ...]:
     """The shape (..., 3) that arrays of any library broadcast to.
 
-    Raises
-    ------
-    ValueError
-        Naming what has no such shape, or shapes that do not broadcast.
+    Raises ValueError, naming what has no such shape, or shapes that do not broadcast.
     """
     # In plain words, which torch.compile follows.
     shapes = {name: tuple(array.shape) for name, array in named.items()}
@@ -57,7 +54,7 @@ def broadcast_shape(**named: Array) -> tuple[int, ...]:
 
 
 def join(components: Components) -> Vectors:
-    """Array of shape (..., 3) of the library of three components."""
+    """Array of shape (..., 3) from three components, of their library."""
     joined: Vectors = namespace(*components).join(components)
     return joined
 
@@ -102,9 +99,7 @@ def polar_sine(w: Components) -> Array:
 
 
 def azimuth(w: Components) -> tuple[Array, Array, Array]:
-    """Cosine and sine of the azimuth of a unit vector (0 at the pole), and the sine of its polar
-    angle.
-    """
+    """Cosine and sine of a unit vector's azimuth (0 at the pole), and the polar sine."""
     xp = namespace(*w)
     sin_theta = polar_sine(w)
     pole = sin_theta <= 2.0 * _POLE  # roots of graphics cards are not exact
@@ -124,8 +119,8 @@ def half_difference(wi: Components, wo: Components) -> tuple[Components, Compone
 
 
 def to_half_frame(w: Components, h: Components) -> Components:
-    """`w` rotated by -phi_h about z, then by -theta_h about y, which takes the unit vector h to
-    the pole. Exactly odd in `w`: rounding is the same for -w.
+    """`w` rotated by -phi_h about z, then by -theta_h about y, which takes the unit vector h to the
+    pole. Exactly odd in `w`: rounding is the same for -w.
     """
     cos_phi, sin_phi, sin_theta = azimuth(h)
     x = cos_phi * w[0] + sin_phi * w[1]
@@ -136,10 +131,10 @@ def to_half_frame(w: Components, h: Components) -> Components:
 def carried_to_pole(w: Components, h: Components) -> Components:
     """`w` under the smallest rotation that takes the unit vector h to the pole.
 
-    It is not one where h is within 0.1 degrees of the opposite pole, but finite.
+    It is finite, but no rotation, where h is within 0.1 degrees of the opposite pole.
 
-    Of the light this is Rusinkiewicz's d turned by phi_h about z: unlike d, it is smooth where h is
-    the normal, so that what depends on azimuths need not be learned anew for each.
+    For the light this is Rusinkiewicz's d turned by phi_h about z: unlike d, it is smooth where h
+    is the normal, so that what depends on azimuths need not be learned anew for each.
     """
     divisor = namespace(*h).maximum(1.0 + h[2], _OPPOSITE)
     along = w[2] + (h[0] * w[0] + h[1] * w[1]) / divisor
@@ -147,7 +142,7 @@ def carried_to_pole(w: Components, h: Components) -> Components:
 
 
 def from_half_difference(h: Components, d: Components) -> tuple[Components, Components]:
-    """Directions (wi, wo) of Rusinkiewicz vectors; inverse of :func:`half_difference`."""
+    """Directions (wi, wo) from Rusinkiewicz vectors; inverse of :func:`half_difference`."""
     cos_phi, sin_phi, sin_theta = azimuth(h)
 
     def to_frame(v: Components) -> Components:
@@ -163,7 +158,7 @@ def isotropic(h: Components) -> Components:
 
 
 def from_spherical(theta: Array, phi: Array) -> Components:
-    """Unit vector of a polar angle from z and an azimuth from x."""
+    """Unit vector with a polar angle from z and an azimuth from x."""
     xp = namespace(theta, phi)
     sin_theta = xp.sin(theta)
     return sin_theta * xp.cos(phi), sin_theta * xp.sin(phi), xp.cos(theta)
@@ -184,19 +179,15 @@ def rusinkiewicz_angles(wi: Components, wo: Components) -> tuple[Array, Array, A
 def from_rusinkiewicz_angles(
     theta_h: Array, phi_h: Array, theta_d: Array, phi_d: Array
 ) -> tuple[Components, Components]:
-    """Directions (wi, wo) of Rusinkiewicz angles; either may lie below the horizon."""
+    """Directions (wi, wo) from Rusinkiewicz angles; either may lie below the horizon."""
     return from_half_difference(from_spherical(theta_h, phi_h), from_spherical(theta_d, phi_d))
 
 
 def uniform_rusinkiewicz(u: Array) -> tuple[Components, Components]:
     """Directions (wi, wo) uniform in the Rusinkiewicz angles (NBRDF paper, section 3.1).
 
-    Parameters
-    ----------
-    u
-        Numbers in [0, 1), shape (4, ...): theta_h and theta_d in [0, pi/2) come from the first and
-        third, phi_h and phi_d in [0, 2 pi) from the second and last. Either direction may lie below
-        the horizon.
+    Numbers `u` in [0, 1), shape (4, ...), become theta_h in [0, pi/2), phi_h in [0, 2 pi), theta_d
+    in [0, pi/2) and phi_d in [0, 2 pi). Either direction may lie below the horizon.
     """
     quarter, whole = 0.5 * math.pi, 2.0 * math.pi
     return from_rusinkiewicz_angles(u[0] * quarter, u[1] * whole, u[2] * quarter, u[3] * whole)
@@ -209,14 +200,14 @@ def stereographic(w: Components) -> tuple[Array, Array]:
 
 
 def from_stereographic(x: Array, y: Array) -> Components:
-    """Unit vector of stereographic coordinates; inverse of :func:`stereographic`."""
+    """Unit vector with stereographic coordinates; inverse of :func:`stereographic`."""
     r2 = x * x + y * y
     scale = 1.0 / (1.0 + r2)
     return 2.0 * x * scale, 2.0 * y * scale, (1.0 - r2) * scale
 
 
 def uniform_hemisphere(u: Array, v: Array) -> Components:
-    """Direction of density 1 / (2 pi) from two numbers in [0, 1)."""
+    """Direction with density 1 / (2 pi) from two numbers in [0, 1)."""
     xp = namespace(u, v)
     z, phi = 1.0 - u, 2.0 * math.pi * v
     radius = xp.sqrt(xp.maximum(1.0 - z * z, 0.0))
@@ -224,7 +215,7 @@ def uniform_hemisphere(u: Array, v: Array) -> Components:
 
 
 def cosine_hemisphere(u: Array, v: Array) -> Components:
-    """Direction of density cos(theta) / pi from two numbers in [0, 1)."""
+    """Direction with density cos(theta) / pi from two numbers in [0, 1)."""
     xp = namespace(u, v)
     radius, phi = xp.sqrt(u), 2.0 * math.pi * v
     return radius * xp.cos(phi), radius * xp.sin(phi), xp.sqrt(xp.maximum(1.0 - u, 0.0))

@@ -21,18 +21,10 @@ _Member = TypeVar("_Member")
 class Registry(Mapping[str, _Member], Generic[_Member]):
     """The members of a family by name; each is imported when it is first asked for.
 
-    Parameters
-    ----------
-    group
-        Group of the entry points by which other packages add members, like `nacre.formats`.
-    what
-        What a member is called in messages, like "format".
-    builtin
-        Names of the built-in members, in order, each with where it is: `module:attribute`.
-    base
-        Class that members are instances or subclasses of; those of other packages are checked.
-    builtin_first
-        Whether built-in members come before those of other packages, or behind them.
+    Built-in members have a place, `module:attribute`, and come in that order, before those that
+    other packages add by entry points in a `group` like `nacre.formats` if `builtin_first`. Members
+    are instances or subclasses of `base`, which is checked for those from other packages; `what`
+    they are called in messages is, for example, "format".
     """
 
     def __init__(
@@ -53,12 +45,8 @@ class Registry(Mapping[str, _Member], Generic[_Member]):
     def __getitem__(self, name: str) -> _Member:
         """The member of a name.
 
-        Raises
-        ------
-        KeyError
-            If there is none.
-        NacreError
-            If another package brings it and it does not load.
+        Raises KeyError if there is none, NacreError if another package brings it and it does not
+        load.
         """
         if name not in self._members:
             if name in self._places:
@@ -77,8 +65,8 @@ class Registry(Mapping[str, _Member], Generic[_Member]):
         return sum(1 for _ in self)
 
     def members(self) -> Iterator[tuple[str, _Member]]:
-        """All names and members; one of another package that does not load is left out, and a
-        warning says so, for a broken plugin must not take everything else with it.
+        """All names and members; one from another package that does not load is left out with a
+        warning, for a broken plugin must not take everything else with it.
         """
         for name in self:
             try:
@@ -89,10 +77,7 @@ class Registry(Mapping[str, _Member], Generic[_Member]):
     def register(self, name: str, member: _Member) -> None:
         """Add a member in this process.
 
-        Raises
-        ------
-        NacreError
-            If there is one of this name, or it is not what members are.
+        Raises NacreError if there is one of this name, or it is not what members are.
         """
         if name in self:
             raise NacreError(f"there is a {self.what} {name!r} already")
@@ -102,10 +87,7 @@ class Registry(Mapping[str, _Member], Generic[_Member]):
     def find(self, name: str) -> _Member:
         """The member of a name that a user gave.
 
-        Raises
-        ------
-        NacreError
-            If there is none; the message lists the known ones. Also as for an item.
+        Raises NacreError if there is none, listing the known ones, and as for an item.
         """
         if name not in self:
             raise NacreError(f"{name!r} is no known {self.what} (known: {', '.join(self)})")

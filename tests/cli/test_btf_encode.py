@@ -153,7 +153,7 @@ def test_what_was_interrupted_goes_on_with_resume_only(felt, capsys, monkeypatch
     assert run(*ENCODE, "--texels-per-block", 3) == 2
     assert "--resume" in capsys.readouterr().err
     assert run(*ENCODE, "--texels-per-block", 4, "--resume") == 2
-    assert "is of another run" in capsys.readouterr().err
+    assert "belongs to another run" in capsys.readouterr().err
     assert run(*ENCODE, "--texels-per-block", 3, "--resume") == 0
     assert Path("felt.safetensors").read_bytes() == whole
     assert not Path("felt.safetensors.state").exists()
@@ -177,10 +177,10 @@ def test_no_encoding_goes_on_with_other_pixels(photographs, felt, capsys, monkey
     run_interrupted(monkeypatch, *first, "--pixels", "radiance")
     capsys.readouterr()
     assert run(*first, "--pixels", "reflectance", "--resume") == 2
-    assert "is of another run" in capsys.readouterr().err
+    assert "belongs to another run" in capsys.readouterr().err
     (photographs / "b.png").write_bytes(png_bytes(np.zeros((5, 4, 3), np.uint8), 4, 5))
     assert run(*first, "--pixels", "radiance", "--resume") == 2
-    assert "is of another run" in capsys.readouterr().err
+    assert "belongs to another run" in capsys.readouterr().err
 
 
 def test_a_list_of_photographs_is_what_its_folder_is(photographs, felt, capsys):
@@ -263,7 +263,7 @@ def test_the_model_that_comes_along_encodes_an_unseen_capture(tmp_path, monkeypa
         ),
         (("btf", "decode", "felt.npz", "-o", "x.npz"), "is a texture, expected an encoded"),
         (("btf", "decode", "model.safetensors", "-o", "x.npz"), "is a texture codec, expected an"),
-        (("btf", "decode", "model.safetensors", "-o", "x.foo"), "no format of textures ends in"),
+        (("btf", "decode", "model.safetensors", "-o", "x.foo"), "no format for textures ends in"),
         (("compare", "felt.npz", "small.npz"), "4 x 3 and 2 x 2 texels"),
         (("compare", "felt.npz", "felt.npz", "-o", "x.foo"), "a picture ends in"),
         (

@@ -54,7 +54,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ),
         (
             "fit model.safetensors -o x.safetensors",
-            "is a texture codec; nacre fit encodes textures by it",
+            "is a texture codec; nacre fit encodes textures with it",
         ),
         ("fit paint.safetensors -o x.safetensors --resume", "--resume is for textures (BTFs)"),
         ("fit texture.npz -o x.safetensors --preset draft", "--preset is for networks"),

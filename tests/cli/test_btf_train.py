@@ -110,7 +110,7 @@ def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, 
     os.utime(files[1], ns=(times.st_atime_ns, times.st_mtime_ns + 1))
     for others in ([], ["--steps", 13]):  # the file is another, then the number of steps
         assert run(*arguments, *others, "--resume") == 2
-        assert "is of another run" in capsys.readouterr().err
+        assert "belongs to another run" in capsys.readouterr().err
         os.utime(files[1], ns=(times.st_atime_ns, times.st_mtime_ns))
     assert run(*arguments, "--resume") == 0
     assert not state.exists()
@@ -235,7 +235,7 @@ def test_the_default_model_goes_on_to_the_same_bytes(files, tmp_path, capsys, mo
         assert run(*arguments) == 2
         assert "add --resume to go on" in capsys.readouterr().err
         assert run(*arguments[:-1], 4, "--resume") == 2
-        assert "is of another run" in capsys.readouterr().err
+        assert "belongs to another run" in capsys.readouterr().err
     assert run(*arguments, "--resume") == 0
     assert not list(tmp_path.glob("*.state"))
     content = output.read_bytes()

@@ -60,7 +60,7 @@ def test_other_kinds_of_jpeg_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "x.jpg"
     for mode in ("L", "CMYK"):
         pillow.fromarray(PIXELS).convert(mode).save(path)
-        refused(path, "is not of three colors with 8 bits")
+        refused(path, "does not have three colors with 8 bits")
     pillow.fromarray(PIXELS).save(path)
     data = path.read_bytes()
     for length in (3, 10, 200, len(data) // 2, len(data) - 20):

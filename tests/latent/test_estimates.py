@@ -51,7 +51,7 @@ def test_the_albedo_of_the_truth_is_told():
     assert (high < 1.6 * low).all()
     assert known["known from samples"] == 40
     assert 1.1 < known["f_r known within a factor"] < 1.6
-    assert in_words(known).startswith("; of 40 samples: albedo 0.")
+    assert in_words(known).startswith("; from 40 samples: albedo 0.")
 
 
 def test_more_samples_are_surer():
@@ -70,7 +70,7 @@ def test_a_wrong_scale_is_told():
 
 def test_damage_and_other_bases_are_refused():
     kept = dict(estimate(scan(5)).kept_by(NETWORK).metadata["plausible"])
-    with pytest.raises(FormatError, match="are of another basis"):
+    with pytest.raises(FormatError, match="belong to another basis"):
         plausible(estimate(scan(5), random_basis()).kept_by(NETWORK), pretrained_basis())
     for bad in ({}, {"codes": "x"}, {"codes": 3}, {"codes": kept["codes"][:40]}, {"basis": None}):
         damaged = NETWORK.replaced(metadata={"plausible": {**kept, **bad} if bad else {}})

@@ -32,5 +32,5 @@ def test_what_is_unlike_all_names_is_refused_with_the_kinds_there_are():
     assert members(basis, "fabric") == [0]
     with pytest.raises(NacreError, match="no material like 'steel'; kinds are fabric"):
         members(basis, "steel")
-    with pytest.raises(NacreError, match="their names tell of no kind"):
+    with pytest.raises(NacreError, match="their names tell no kind"):
         members(random_basis(), "")

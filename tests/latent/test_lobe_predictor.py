@@ -54,7 +54,7 @@ def test_what_is_no_predictor_is_refused(family, change, words) -> None:
 
 def test_a_predictor_for_other_codes_is_refused() -> None:
     for wrong in ({"ggx": predictor("ggx", 7)}, {"ggx": predictor("mixture")}):
-        with pytest.raises(ValueError, match="is not of 6 values"):
+        with pytest.raises(ValueError, match="is not for codes of 6 values"):
             replace(random_basis(), predictors=wrong)
 
 
@@ -152,9 +152,9 @@ def test_an_autoencoder_keeps_its_predictors_and_what_they_are_trained_on(tmp_pa
     [
         ({"examples": np.zeros((2, 6, 7), np.float32)}, "no codes of 6 values"),
         ({"examples": np.zeros((2, 5, 6), np.float32)}, "six orders"),
-        ({"predictors": {"ggx": predictor("mixture")}}, "is not of 6 values"),
-        ({"predictors": {"ggx by labels": predictor("ggx", 7)}}, "is not of 6 values"),
-        ({"predictors": {"ggx by magic": predictor("ggx")}}, "is not of 6 values"),
+        ({"predictors": {"ggx": predictor("mixture")}}, "is not for codes of 6 values"),
+        ({"predictors": {"ggx by labels": predictor("ggx", 7)}}, "is not for codes of 6 values"),
+        ({"predictors": {"ggx by magic": predictor("ggx")}}, "is not for codes of 6 values"),
     ],
 )
 def test_an_autoencoder_refuses_what_is_for_other_codes(change, words) -> None:

@@ -127,7 +127,7 @@ def test_labels_that_do_not_fit_are_refused() -> None:
     with pytest.raises(ValueError, match="3 labels 'ggx' for 4"):
         with_labels(basis, {"ggx": LABELS["ggx"][:3]}, short)
     for name in ("ggx", "mixture", "blinn-phong"):
-        with pytest.raises(ValueError, match="lobes of UniformSampler are no labels"):
+        with pytest.raises(ValueError, match="lobes of type UniformSampler cannot be labels"):
             with_labels(basis, {name: [UniformSampler()] * 4}, short)
     with pytest.raises(NacreError, match="with examples"):
         with_labels(random_autoencoder(), LABELS, short)

@@ -212,7 +212,7 @@ def test_an_estimate_that_was_stopped_ends_as_one_that_was_not(mi, tmp_path, mon
     with pytest.raises(KeyboardInterrupt):
         work.estimate_from_photographs([picture], setting, state=state, progress=stop)
     assert state.exists()
-    with pytest.raises(NacreError, match=r"paint\.state: is of another run; remove it"):
+    with pytest.raises(NacreError, match=r"paint\.state: belongs to another run; remove it"):
         work.estimate_from_photographs([picture + 0.1], setting, state=state)
     begun: list[int] = []
     resumed = work.estimate_from_photographs(

@@ -63,7 +63,7 @@ def test_states_of_other_work_and_damaged_ones_are_refused(tmp_path: Path):
     with pytest.raises(NacreError, match="of another run; remove it"):
         Store(path, "two").load()
     path.write_bytes(path.read_bytes()[:-3])
-    with pytest.raises(NacreError, match="cannot be read, remove it to begin anew"):
+    with pytest.raises(NacreError, match="cannot be read, remove it to start over"):
         Store(path, "one").load()
     assert Store(tmp_path / "none").load() is None
 
@@ -110,7 +110,7 @@ def test_steps_go_on_where_they_were_interrupted(tmp_path: Path):
 def test_a_step_that_is_none_of_the_work_is_refused(tmp_path: Path, step: object):
     store = Store(tmp_path / "x.state")
     store.save({"step": step, "state": {}})
-    with pytest.raises(NacreError, match=r"x\.state: cannot be read, remove it to begin anew"):
+    with pytest.raises(NacreError, match=r"x\.state: cannot be read, remove it to start over"):
         next(store.steps(3, dict, lambda _: None))
 
 

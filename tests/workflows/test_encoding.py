@@ -99,9 +99,9 @@ def test_what_was_interrupted_goes_on(tmp_path):
             read.append(chosen.start)
             return super().texels(chosen)
 
-    with pytest.raises(NacreError, match="is of another run; remove it"):
+    with pytest.raises(NacreError, match="belongs to another run; remove it"):
         encode(made, codec(), texels_per_block=20, state=state, fingerprint="other")
-    with pytest.raises(NacreError, match="is of another run"):
+    with pytest.raises(NacreError, match="belongs to another run"):
         encode(made, codec(), texels_per_block=20, state=state, half=True)
     found = encode(Noting(made.values, *COARSE), codec(), texels_per_block=20, state=state)
     assert read == [60, 80, 100, 120]

@@ -35,7 +35,7 @@ from nacre.measured.merl import node_directions
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.measuring import Design, Exposures, Instrument
 from nacre.metrics import albedo
-from nacre.metrics.plausible_views import plausible_views
+from nacre.metrics.comparison import plausible_views
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.render.sphere import standard_lights
 from nacre_lab.reproduce.codes import CodeSettings, bases, split

@@ -165,6 +165,15 @@ def judged(
     return found
 
 
+def trait_of(traits: Traits, name: str) -> float:
+    """A trait; saturation is how colored the base is, metalness how much more the coat reflects."""
+    if name == "metalness":
+        return traits.coat - traits.base
+    if name == "saturation":
+        return float(np.linalg.norm(traits.base_color))
+    return float(getattr(traits, name))
+
+
 def direction_rows(found: dict[str, list[list[Traits]]]) -> list[tuple[str, ...]]:
     """Lines on how surely directions do what they are called, and what else they do."""
     rows = []
@@ -174,7 +183,7 @@ def direction_rows(found: dict[str, list[list[Traits]]]) -> list[tuple[str, ...]
         for about, chosen in (("", materials), (", alpha above 0.02", wide)):
             if about and trait != "roughness":
                 continue
-            values = np.array([[sign * getattr(step, trait) for step in m] for m in chosen])
+            values = np.array([[sign * trait_of(step, trait) for step in m] for m in chosen])
             rank = np.mean([spearmanr(AMOUNTS, row).statistic for row in values])
             steps = np.diff(values, axis=1)
             others = [

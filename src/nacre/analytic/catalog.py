@@ -38,6 +38,5 @@ MODELS: Registry[type[AnalyticBrdf]] = Registry(
         "closures": "nacre.standard.closures:Closures",
     },
 )
-"""Classes of models by their `model`; packages add theirs by an entry point of the group
-`nacre.models`.
-"""
+"""Classes of models by their `model`; packages add theirs by an entry point in the group
+`nacre.models`."""

@@ -15,7 +15,7 @@ from nacre.geometry import dot, half_vector, to_spherical
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.progress import Progress
 
-NODES = 90  # nodes of every table, as both papers have it
+NODES = 90  # nodes of every table, as in both papers
 
 
 _QUARTER = 0.5 * math.pi
@@ -29,20 +29,10 @@ class FactoredBrdf(AnalyticBrdf):
     def extract(
         cls, brdf: Brdf, samples: DirectionSamples, gain: float, seed: int, report: Progress
     ) -> tuple[dict[str, Any], dict[str, float]]:
-        """Values of a model of a reflectance, and facts about the fit.
+        """Values of a model for a reflectance, and facts about the fit.
 
-        Parameters
-        ----------
-        brdf
-            Any reflectance.
-        samples
-            Samples of it, which the model will be judged by.
-        gain
-            As for :func:`nacre.analytic.fit`.
-        seed
-            Of whatever is drawn.
-        report
-            Called as the fit goes on.
+        `samples` are those of `brdf` that the model will be judged by; `gain` and `seed` are those
+        of :func:`nacre.analytic.fit`.
         """
 
 
@@ -96,9 +86,8 @@ def lookup(table: Table, row: int, cell: Cell) -> Array:
 
 
 def _cell(position: Array) -> Cell:
-    """Cell of a position in [0, 1]."""
     xp = namespace(position)
     place = xp.minimum(xp.maximum(position, 0.0), 1.0) * (NODES - 1)
-    # A direction that is not a number makes an index that is not one either: keep it inside.
+    # A direction that is NaN makes an invalid index: keep it inside.
     node = xp.maximum(xp.minimum(xp.to_index(place), NODES - 2), 0)
     return Cell(node, place - xp.to_float(node, place))

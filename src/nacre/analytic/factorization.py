@@ -1,8 +1,8 @@
 """Fit of a product of tables by alternating weighted least squares.
 
 After Bagher, Snyder and Nowrouzezahrai 2016: one table after the other is solved for while the
-others stay, with weights that compress the range of f_r. Which weights theirs are we could not
-establish. Here they make squares into absolute differences of log(1 + k f cos), by which every
+others stay, with weights that compress the range of f_r. We could not establish which weights they
+used. Here the weights turn squares into absolute differences of log(1 + k f cos), by which every
 model of this package is fitted. Steps of all tables at once follow, which are not in the paper:
 alternating alone gets stuck far from tables that made the data.
 """
@@ -16,10 +16,10 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.analytic.factor import NODES, Cell, locate
+from nacre.array import Doubles
 from nacre.brdf import Brdf
 from nacre.geometry import join, split, uniform_rusinkiewicz
 from nacre.numerics.direction_samples import DirectionSamples
-from nacre.numerics.levenberg_marquardt import Vector
 
 TABLES = ("distribution", "fresnel", "masking")
 SWEEPS = 8  # how often every table is solved for alone
@@ -36,16 +36,16 @@ class Factors(NamedTuple):
     """A channel of the model: base + D F G(theta_i) G(theta_o) / (cos theta_i cos theta_o)."""
 
     base: float
-    distribution: Vector
-    fresnel: Vector
-    masking: Vector
+    distribution: Doubles
+    fresnel: Doubles
+    masking: Doubles
 
 
 class Channel:
     """What the tables of one channel are fitted to: samples, their weights (n,), and the gain k."""
 
     def __init__(
-        self, samples: DirectionSamples, channel: int, weights: Vector, gain: float
+        self, samples: DirectionSamples, channel: int, weights: Doubles, gain: float
     ) -> None:
         light, view = (split(np.asarray(w, np.float64)) for w in (samples.wi, samples.wo))
         self._cells = locate(light, view)
@@ -109,7 +109,7 @@ class Channel:
         tables = {name: getattr(found, name) * row for name, row in zip(names, rows, strict=True)}
         return found._replace(base=found.base * float(change[0]), **tables)
 
-    def _error(self, found: Factors) -> Vector:
+    def _error(self, found: Factors) -> Doubles:
         """Model less data."""
         half, difference, light, view = self._cells
         masking = _at(found.masking, light) * _at(found.masking, view)
@@ -120,7 +120,7 @@ class Channel:
         logs = np.log1p(self._cosine * (self._values + self._error(found))) - self._logs
         return float(np.average(np.abs(logs), weights=self._weights))
 
-    def _compressive(self, error: Vector) -> Vector:
+    def _compressive(self, error: Doubles) -> Doubles:
         """Weights with which squared errors of f_r add up to absolute ones of its logarithm."""
         logs = np.log1p(self._cosine * (self._values + error)) - self._logs
         slope = self._cosine / (1.0 + self._cosine * self._values)
@@ -130,11 +130,12 @@ class Channel:
         return np.asarray(self._weights * secant**2 / np.sqrt(logs**2 + softening**2))
 
 
-def draw(brdf: Brdf, samples: DirectionSamples, seed: int) -> tuple[DirectionSamples, Vector]:
-    """Samples uniform in the Rusinkiewicz angles and as many dense near the mirror direction.
+def draw(brdf: Brdf, samples: DirectionSamples, seed: int) -> tuple[DirectionSamples, Doubles]:
+    """Samples uniform in the Rusinkiewicz angles and as many that are dense near the mirror
+    direction.
 
-    The latter are drawn of `brdf` with theta_h = u^2 pi / 2, like the nodes of D, which the uniform
-    ones hardly reach. Weights (n,) make all of them count as if all were uniform.
+    The latter are drawn from `brdf` with theta_h = u^2 pi / 2, like the nodes of D, which the
+    uniform ones hardly reach. Weights (n,) make all of them count as if all were uniform.
     """
     u = np.random.default_rng((seed, 3)).random((4, 2 * len(samples)))
     u[0] **= 2
@@ -159,18 +160,18 @@ def draw(brdf: Brdf, samples: DirectionSamples, seed: int) -> tuple[DirectionSam
     return whole, np.asarray(1.0 / density, np.float64)
 
 
-def _at(table: Vector, cell: Cell) -> Vector:
+def _at(table: Doubles, cell: Cell) -> Doubles:
     return np.asarray(table[cell.node] + cell.part * (table[cell.node + 1] - table[cell.node]))
 
 
 def _solve(
-    terms: Sequence[tuple[npt.NDArray[np.int64], Vector]],
+    terms: Sequence[tuple[npt.NDArray[np.int64], Doubles]],
     size: int,
-    error: Vector,
-    weights: Vector,
+    error: Doubles,
+    weights: Doubles,
     damping: float,
-) -> Vector:
-    """The step of the numbers with the least weighted squares of what error it leaves, (size,).
+) -> Doubles:
+    """The step of the numbers that minimizes the weighted squares of the remaining error, (size,).
 
     Terms are which number each sample depends on, and its derivative, each of shape (n,). Damping
     is the pull of the step to 0, relative to the curvature of each number and a little of their

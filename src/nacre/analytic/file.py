@@ -18,12 +18,9 @@ _LIMIT = 1 << 20
 
 
 def encode(brdf: AnalyticBrdf) -> bytes:
-    """The content of an analytic material's file; every number comes back as it was.
+    """The content of an analytic material's file; every number is read back as it was.
 
-    Raises
-    ------
-    FormatError
-        If `brdf` is no analytic material, or the format cannot hold it.
+    Raises FormatError if `brdf` is no analytic material, or the format cannot hold it.
     """
     if not isinstance(brdf, AnalyticBrdf):
         raise FormatError("holds analytic materials only; fit one with nacre fit --model")

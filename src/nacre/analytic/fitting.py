@@ -11,18 +11,19 @@ import numpy as np
 
 from nacre.analytic.factor import FactoredBrdf
 from nacre.analytic.model import AnalyticBrdf, Values
+from nacre.array import Doubles
 from nacre.brdf import Brdf, expect_brdf
 from nacre.errors import NacreError
 from nacre.geometry import join, rotate, split
 from nacre.numerics.direction_samples import DirectionSamples
-from nacre.numerics.levenberg_marquardt import Vector, minimize
+from nacre.numerics.levenberg_marquardt import minimize
 from nacre.runtime.parallel import one_blas_thread, thread_map
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling import check_isotropic, draw_samples
 
 Model = TypeVar("Model", bound=AnalyticBrdf)
 
-SAMPLES = 40_000  # samples drawn of a reflectance: a model has a dozen parameters, not hundreds
+SAMPLES = 40_000  # samples drawn from a reflectance: a model has a dozen parameters, not hundreds
 STARTS = 16
 
 _LIMIT = 30.0  # of parameters on the whole line: beyond it they are at their bounds
@@ -42,10 +43,10 @@ def fit(
 ) -> Model:
     """Fit an analytic model to a reflectance.
 
-    The mean of |log(1 + k f cos) - log(1 + k g cos)| over samples and channels is brought to a
-    minimum from several starts. With a gain k of 1 that is the loss of the NBRDF paper (equation
-    1), which a network is trained on; a larger one gives more weight to what is dark. A model with
-    tables finds them in its own way (:mod:`nacre.analytic.factor`), and a model whose
+    The mean of |log(1 + k f cos) - log(1 + k g cos)| over samples and channels is minimized from
+    several starts. With a gain k of 1 that is the loss of the NBRDF paper (equation 1), which a
+    network is trained on; a larger one gives more weight to what is dark. A model with tables finds
+    them in its own way (:mod:`nacre.analytic.factor`), and a model whose
     :attr:`AnalyticBrdf.fitted_on` says so is fitted to pictures instead
     (:mod:`nacre.analytic.picture_fit`).
 
@@ -64,9 +65,7 @@ def fit(
         How many sets of parameters to start from; the best quarter of them goes on twice. A model
         with tables has one start.
     seed
-        Of samples and starts: the same seed gives the same parameters.
-    progress
-        Called as the fit goes on.
+        Chooses samples and starts: the same seed gives the same parameters.
 
     Returns
     -------
@@ -77,7 +76,7 @@ def fit(
     ------
     NacreError
         If hardly any sample of the reflectance is valid, none is where the model has a value, or
-        the reflectance is not isotropic as it says.
+        the reflectance is not isotropic although it says so.
     TypeError
         If `brdf` is no reflectance.
     """
@@ -120,7 +119,7 @@ def fit(
 def _rotated(samples: DirectionSamples, seed: int) -> DirectionSamples:
     """Samples of an isotropic material, each rotated about the normal by a random angle.
 
-    They all lie at few azimuths, where an anisotropic model would do as it likes at the others.
+    They all lie at few azimuths; at others, an anisotropic model would do as it likes.
     """
     angle = np.random.default_rng((seed, 3)).uniform(0.0, 2.0 * math.pi, len(samples))
     wi, wo = (join(rotate(split(w), angle.astype(np.float32))) for w in (samples.wi, samples.wo))
@@ -138,8 +137,7 @@ class _Problem:
         self.wi, self.wo = (tuple(np.ascontiguousarray(c) for c in split(w)) for w in pairs)
         self.targets = np.log1p(gain * np.maximum(samples.rgb[:count].T, 0.0) * self.wi[2])
 
-    def values(self, free: Vector) -> Values:
-        """Parameters by name."""
+    def values(self, free: Doubles) -> Values:
         values: dict[str, Any] = {}
         start = 0
         for p in self.parameters:
@@ -148,20 +146,19 @@ class _Problem:
             start += p.size
         return values
 
-    def start(self, random: np.random.Generator) -> Vector:
-        """Parameters to start from, of shape (sizes,)."""
+    def start(self, random: np.random.Generator) -> Doubles:
         fractions = [(p, random.random()) for p in self.parameters]
         return np.concatenate([np.full(p.size, p.to_free(p.at(u))) for p, u in fractions])
 
-    def residuals(self, free: Vector) -> Vector:
+    def residuals(self, free: Doubles) -> Doubles:
         """Differences of logarithms, shape (3, n)."""
         rgb = self.formula(self.values(free), self.wi, self.wo)  # type: ignore[arg-type]
         cosine = self.gain * self.wi[2]
-        logs: Vector = np.stack([np.log1p(cosine * np.maximum(c, 0.0)) for c in rgb])
+        logs: Doubles = np.stack([np.log1p(cosine * np.maximum(c, 0.0)) for c in rgb])
         logs -= self.targets
         return logs
 
-    def jacobian(self, free: Vector, residuals: Vector) -> Vector:
+    def jacobian(self, free: Doubles, residuals: Doubles) -> Doubles:
         """Derivatives of the residuals, shape (sizes, 3, n), by differences.
 
         A color has one difference for its three parameters: each acts on its own channel.
@@ -183,7 +180,6 @@ class _Problem:
 
 
 def _loss(brdf: Brdf, samples: DirectionSamples, gain: float) -> float:
-    """Mean loss of a fitted model over samples."""
     cosine = gain * samples.wi[:, 2:].astype(np.float64)
     found, truth = (
         np.log1p(cosine * np.maximum(f, 0.0))
@@ -192,8 +188,8 @@ def _loss(brdf: Brdf, samples: DirectionSamples, gain: float) -> float:
     return float(np.abs(found - truth).mean())
 
 
-def _minimum(problem: _Problem, iterations: int, free: Vector) -> tuple[Vector, float]:
-    with np.errstate(all="ignore"):  # of this thread
+def _minimum(problem: _Problem, iterations: int, free: Doubles) -> tuple[Doubles, float]:
+    with np.errstate(all="ignore"):  # the setting belongs to a thread
         return minimize(problem.residuals, problem.jacobian, free, iterations, _LIMIT)
 
 
@@ -205,7 +201,7 @@ def _search(
     candidates = [problem.start(np.random.default_rng((seed, 2, k))) for k in range(starts)]
     counts = [max(1, starts // 4**k) for k in range(len(_ROUNDS))]
     done, total = 0, sum(counts)
-    best: list[tuple[float, int, Vector]] = []
+    best: list[tuple[float, int, Doubles]] = []
     for (size, iterations), going in zip(_ROUNDS, counts, strict=True):
         best = []
         work = partial(_minimum, problem_of(size), iterations)

@@ -7,7 +7,7 @@ from nacre.array import Array, Components, namespace
 
 
 def schlick(cosine: Array, normal: tuple[Array, Array, Array]) -> Components:
-    """Schlick's approximation (1994): F0 + (1 - F0) (1 - cos)^5 a channel.
+    """Schlick's approximation (1994): F0 + (1 - F0) (1 - cos)^5 per channel.
 
     `cosine` is between the microfacet's normal and either direction, `normal` is F0.
     """
@@ -27,8 +27,8 @@ def fresnel(values: Values, cosine: Array) -> Array:
 
 
 def dielectric(cosine: Array, index: Array) -> Array:
-    """Unpolarized reflectance of a dielectric surface (Cook and Torrance 1982, section "Spectral
-    Composition"), whose refractive index relative to the outside is at least 1.
+    """Unpolarized reflectance of a dielectric surface whose refractive index relative to the
+    outside is at least 1 (Cook and Torrance 1982, section "Spectral Composition").
     """
     xp = namespace(cosine)
     g = xp.sqrt(xp.maximum(index * index - 1.0 + cosine * cosine, 1e-12))

@@ -61,7 +61,7 @@ class CookTorrance(AnalyticBrdf):
     """specular F D G / (pi cos theta_i cos theta_o) over a Lambertian base (Cook and Torrance 1982,
     "A Reflectance Model for Computer Graphics").
 
-    D = exp(-tan(theta_h)^2 / m^2) / (m^2 cos(theta_h)^4), as Cook and Torrance have it: a factor pi
+    D = exp(-tan(theta_h)^2 / m^2) / (m^2 cos(theta_h)^4), as Cook and Torrance put it: a factor pi
     larger than Beckmann's normalized density. G is that of V-shaped grooves, F that of a
     dielectric of refractive index `index`.
     """

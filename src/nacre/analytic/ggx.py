@@ -63,16 +63,16 @@ class Ggx(AnalyticBrdf):
 
 
 def ggx_facets(wi: Components, wo: Components, h: Components, alpha: tuple[Array, Array]) -> Array:
-    """f_r of microfacets that reflect all, in 1/sr: D G / (4 wi_z wo_z), with roughnesses along the
-    axes and their half vector.
+    """f_r in 1/sr of microfacets that reflect everything: D G / (4 wi_z wo_z), for roughnesses
+    along the axes and the half vector h.
     """
     return distribution(h, alpha) / masking_divisor(wi, wo, alpha)
 
 
 def masking_divisor(wi: Components, wo: Components, alpha: tuple[Array, Array]) -> Array:
-    """What D is divided by: 4 wi_z wo_z / G, where heights are correlated (Heitz 2014).
+    """What D is divided by: 4 wi_z wo_z / G, with heights correlated (Heitz 2014).
 
-    It vanishes where both directions are at the horizon; it is kept from where f_r would overflow,
+    It vanishes where both directions are at the horizon, but not so far that f_r would overflow,
     for layers take differences of it.
     """
     lengths = wi[2] * stretched_length(wo, alpha) + wo[2] * stretched_length(wi, alpha)

@@ -1,8 +1,8 @@
 """Lobes that sample a material as the analytic model fitted to its appearance is sampled.
 
-Blinn-Phong and GGX have closed-form samplers of two numbers, a share of the highlight and its
-width. Section 3.3 of the NBRDF paper takes both from fits of the models; what predicts lobes there
-learns from them.
+Blinn-Phong and GGX have closed-form samplers with two numbers, a share of the highlight and its
+width. Section 3.3 of the NBRDF paper takes both from fits of the models, and its lobe predictors
+learn from them.
 """
 
 from __future__ import annotations
@@ -29,26 +29,10 @@ _NODES = 4096  # of the integral over polar angles
 
 
 def fitted_lobes(brdf: Brdf, family: str, seed: int = 0) -> Sampler:
-    """The lobes of a model of :data:`MODELS` that is fitted to a reflectance.
+    """The lobes (:func:`model_lobes`) of a model of :data:`MODELS`, fitted to an isotropic
+    reflectance.
 
-    Parameters
-    ----------
-    brdf
-        Any isotropic reflectance.
-    family
-        A name of :data:`MODELS`.
-    seed
-        Of the fit.
-
-    Returns
-    -------
-    Sampler
-        See :func:`model_lobes`.
-
-    Raises
-    ------
-    NacreError
-        If the model cannot be fitted.
+    Raises NacreError if the model cannot be fitted.
     """
     return model_lobes(fit(brdf, MODELS[family], samples=_SAMPLES, starts=_STARTS, seed=seed))
 
@@ -56,7 +40,7 @@ def fitted_lobes(brdf: Brdf, family: str, seed: int = 0) -> Sampler:
 def model_lobes(model: AnalyticBrdf) -> Sampler:
     """The lobe of a :class:`BlinnPhong` or :class:`Ggx` beside the cosine.
 
-    Its share is that of the highlight in the albedo at normal incidence, in the mean of the
+    Its share is that of the highlight in the albedo at normal incidence, averaged over the
     channels; its width is the model's, within the bounds of samplers.
     """
     share = min(highlight_share(model), 1.0 - MIN_COSINE)
@@ -67,10 +51,7 @@ def model_lobes(model: AnalyticBrdf) -> Sampler:
 
 
 def highlight_share(model: AnalyticBrdf) -> float:
-    """Part of the albedo of a model at normal incidence that is not its Lambertian part's.
-
-    0 for what is black.
-    """
+    """Part of a model's albedo at normal incidence beside the Lambertian one; 0 for black."""
     base = float(np.mean(model.values[DIFFUSE.name]))
     # Nodes stand as the squares of even steps, densely about the mirror direction.
     step = (np.arange(_NODES) + 0.5) / _NODES

@@ -18,24 +18,21 @@ from nacre.numerics.direction_samples import loss_scale
 from nacre.sampling import LobeSampledBrdf
 
 Value: TypeAlias = float | tuple[float, ...] | tuple[tuple[float, ...], ...]
-"""A number, one a color channel, or a table of them: rows of numbers."""
+"""A number, one per color channel, or a table: rows of numbers."""
 
 Values: TypeAlias = Mapping[str, Any]
-"""Parameters by name: arrays, tuples of three where there is one a color channel, and
-:class:`nacre.array.Table`.
-"""
+"""Parameters by name: arrays, tuples of three where there is one per color channel, and
+:class:`nacre.array.Table`."""
 
 CHANNELS = 3
 
 
 class _Bounded:
-    """Numbers between bounds."""
-
     low: float
     high: float
 
     def to_free(self, value: Array) -> Array:
-        """A number of the whole line for a value between the bounds; inverse of `from_free`."""
+        """A number on the whole line for a value between the bounds; inverse of `from_free`."""
         fraction = np.clip(
             (np.asarray(value) - self.low) / (self.high - self.low), 1e-13, 1 - 1e-13
         )
@@ -49,36 +46,24 @@ class _Bounded:
 
 @dataclass(frozen=True)
 class Parameter(_Bounded):
-    """One named parameter of a model, and the range it lives in.
+    """A named parameter of a model, and its range."""
 
-    Parameters
-    ----------
-    name
-        As in the model's files.
-    low, high
-        Bounds, both included.
-    start
-        Range that a fit starts from, at random: evenly in the logarithm, or evenly where it
-        reaches down to 0 or below.
-    color
-        Whether there is one a color channel. In a model that is fitted on samples, such a parameter
-        acts on its own channel only.
-    """
-
-    name: str
-    low: float
+    name: str  # as in the model's files
+    low: float  # bounds, both included
     high: float
     start: tuple[float, float]
+    """Range that a fit starts from, at random: evenly in the logarithm, or evenly where it reaches
+    down to 0 or below."""
     color: bool = False
+    """Whether there is one per color channel. In a model that is fitted on samples, such a
+    parameter acts on its own channel only."""
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of its numbers: (3,) or ()."""
         return (CHANNELS,) if self.color else ()
 
     @property
     def size(self) -> int:
-        """How many numbers it takes."""
         return CHANNELS if self.color else 1
 
     def at(self, fraction: Array) -> Array:
@@ -91,10 +76,7 @@ class Parameter(_Bounded):
     def check(self, value: Any) -> Value:
         """`value` as one float or three.
 
-        Raises
-        ------
-        ValueError
-            If it is no number, of another shape, not finite or out of bounds.
+        Raises ValueError if it is no number, of another shape, not finite or out of bounds.
         """
         given = np.array(value)
         if given.dtype.kind not in "iuf":
@@ -126,21 +108,16 @@ class TableParameter(_Bounded):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of its numbers."""
         return self.rows, self.nodes
 
     @property
     def size(self) -> int:
-        """How many numbers it takes."""
         return self.rows * self.nodes
 
     def check(self, value: Any) -> Value:
         """`value` as rows of numbers, each the shortest that stands for the same float32.
 
-        Raises
-        ------
-        ValueError
-            If it is of another shape, not finite or out of bounds.
+        Raises ValueError if it has another shape, is not finite or out of bounds.
         """
         numbers = np.array(value, np.float64)
         if numbers.shape != self.shape:
@@ -158,27 +135,15 @@ def _within(numbers: Array, low: float, high: float) -> bool:
 class AnalyticBrdf(LobeSampledBrdf):
     """A reflectance with a formula and named parameters.
 
-    A subclass gives :attr:`model`, :attr:`parameters` and :meth:`formula`, and a sampler of its
-    own if lobes fitted to it are not good enough.
-
-    Parameters
-    ----------
-    name, source, sampler
-        See :class:`nacre.brdf.Brdf`.
-    metadata
-        JSON-able facts about the fit and its source, kept in the file.
-    **values
-        Every one of :attr:`parameters` and :attr:`tables` by name: a number, three for a color,
-        rows of numbers for a table.
-
-    Raises
-    ------
-    ValueError
-        If a parameter is missing, unknown, or out of bounds.
+    A subclass has a :attr:`model`, :attr:`parameters` and a :meth:`formula`, and a sampler of its
+    own if lobes fitted to it are not good enough. An object is made from `values`: every one of
+    :attr:`parameters` and :attr:`tables` by name, a number, three for a color, rows of numbers for
+    a table; ValueError if one is missing, unknown, or out of bounds. The `metadata` are JSON-able
+    facts about the fit and its source, kept in the file.
     """
 
     model: ClassVar[str]
-    """Name of the model, as in files and on the command line."""
+    """Name of the model, in files and on the command line."""
 
     parameters: ClassVar[tuple[Parameter, ...]]
 
@@ -213,12 +178,8 @@ class AnalyticBrdf(LobeSampledBrdf):
     def formula(values: Values, wi: Components, wo: Components) -> Components:
         """f_r in 1/sr, on components of any array library.
 
-        Parameters
-        ----------
-        values
-            The parameters: numbers or arrays that broadcast against the directions.
-        wi, wo
-            Directions, possibly below the horizon: there the result is ignored.
+        `values` are the parameters: numbers or arrays that broadcast against the directions. These
+        may lie below the horizon, where the result is ignored.
         """
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
@@ -227,13 +188,12 @@ class AnalyticBrdf(LobeSampledBrdf):
 
     @cached_property
     def operands(self) -> Values:
-        """What :meth:`formula` takes: the values, tables as arrays to gather from."""
+        """What :meth:`formula` takes: the values, with tables as arrays to gather from."""
         tables = {table.name for table in self.tables}
         return {k: Table(v) if k in tables else v for k, v in self.values.items()}
 
     @property
     def nbytes(self) -> int:
-        """See :class:`nacre.brdf.Brdf`; float32 numbers."""
         return 4 * sum(parameter.size for parameter in self.numbers())
 
     @classmethod
@@ -246,14 +206,13 @@ class AnalyticBrdf(LobeSampledBrdf):
         return ", ".join([self.model, *(f"{k} {v}" for k, v in self._shown().items())])
 
     def loss_text(self) -> str:
-        """The loss of a fit with its scale: "loss 0.00312 (log(1 + f cos))"; else empty."""
+        """The loss of a fit with its scale, "loss 0.00312 (log(1 + f cos))"; else empty."""
         fit = self.metadata.get("fit", {})
         if not isinstance(fit.get("loss"), float):
             return ""
         return f"loss {fit['loss']:.5f} ({loss_scale(fit.get('gain'))})"
 
     def _shown(self) -> dict[str, str]:
-        """Parameters, rounded, and sizes of tables."""
         tables = {table.name: f"{table.rows} x {table.nodes}" for table in self.tables}
         return {k: tables.get(k) or _rounded(v) for k, v in self.values.items()}
 
@@ -280,7 +239,6 @@ DIFFUSE = Parameter("diffuse", 0.0, 10.0, (0.01, 0.5), color=True)
 
 
 def lambertian(values: Values) -> Components:
-    """f_r of the Lambertian part, in 1/sr."""
     red, green, blue = (albedo / math.pi for albedo in values[DIFFUSE.name])
     return red, green, blue
 

@@ -25,7 +25,7 @@ SPECULAR = Parameter("specular", 0.0, 1e12, (0.01, 1.0), color=True)
 
 class Npf(FactoredBrdf):
     """specular D(theta_h) F(theta_d) G(theta_i) G(theta_o) / (cos theta_i cos theta_o) over a
-    Lambertian base, each a channel.
+    Lambertian base, each per channel.
 
     Two colors and three tables of 90 nodes are 816 numbers, 3264 bytes: the paper's 3.2 KB. The
     nodes are the paper's too; between them D and F are linear here, constant there. D cos theta_h
@@ -58,13 +58,12 @@ class Npf(FactoredBrdf):
     def extract(
         cls, brdf: Brdf, samples: DirectionSamples, gain: float, seed: int, report: Progress
     ) -> tuple[dict[str, Any], dict[str, float]]:
-        """See :class:`FactoredBrdf` and :mod:`nacre.analytic.factorization`."""
         weights = np.ones(len(samples))
         if brdf.scattered() is None:
             samples, weights = draw(brdf, samples, seed)
 
         def fitted(channel: int) -> Factors:
-            with np.errstate(all="ignore"):  # of this thread
+            with np.errstate(all="ignore"):  # the setting belongs to a thread
                 return Channel(samples, channel, weights, gain).fit()
 
         channels = []

@@ -1,6 +1,6 @@
 """The fit of a model to pictures: views of a material under lights, as a display shows them.
 
-A picture is what is judged in the end, and what the parameters of a standard are too few to match
+A picture is what is judged in the end, and the parameters of a standard are too few to match
 everywhere at once: the fit spends them where pictures show it. Two kinds of pictures count alike,
 by the logarithm of their mean squared error (that is, by their PSNR): views under an even sky and
 lamps of many sizes, and spheres under directional lights.
@@ -15,20 +15,20 @@ from typing import Any
 import numpy as np
 
 from nacre.analytic.model import CHANNELS, AnalyticBrdf, Parameter
-from nacre.array import Floats
+from nacre.array import Doubles, Floats
 from nacre.brdf import Brdf
 from nacre.color import GAMMA, displayed
 from nacre.compile.adjustable import AdjustableFunction
 from nacre.errors import NacreError
-from nacre.numerics.levenberg_marquardt import Vector, minimize
+from nacre.numerics.levenberg_marquardt import minimize
 from nacre.runtime.progress import Progress
 from nacre.sampling.lit_views import LAMPS, SHARPNESS, lit_spheres, lit_views
 
 _ANGLES = (0.0, 20.0, 45.0, 70.0, 100.0)  # between light and view; degrees
-_DARK = 1e-4  # added to what is seen: of black, the gamma curve has no derivative
+_DARK = 1e-4  # added to what is seen: at black, the gamma curve has no derivative
 _STEP = 1e-2  # of differences, on the whole line
 _LIMIT = 12.0  # of parameters on the whole line: beyond it they are at their bounds
-_EDGE = 1e-3  # from their bounds, as a fraction of the range, parameters start
+_EDGE = 1e-3  # distance of a start from the bounds, as a fraction of the range
 _FLOOR = 1e-6  # mean squared error, 60 dB, below which a picture is not weighted up any more
 _FEW, _MORE, _ALL = 20, 15, 40  # steps of a start, of the best eighth and of the best
 
@@ -36,21 +36,9 @@ _FEW, _MORE, _ALL = 20, 15, 40  # steps of a start, of the best eighth and of th
 class Pictures:
     """What pictures show of a material, for models to be compared with.
 
-    Parameters
-    ----------
-    brdf
-        Any reflectance.
-    isotropic
-        Whether all views may have azimuth 0.
-    seed
-        Of lamps and directions.
-    rough
-        Whether there shall be a tenth of the directions, for many starts.
-
-    Raises
-    ------
-    NacreError
-        If hardly any of it is known.
+    All views may have azimuth 0 if `isotropic`; the seed chooses lamps and directions; `rough`
+    takes a tenth of the directions, for many starts. Raises NacreError if hardly any of the
+    material is known.
     """
 
     def __init__(self, brdf: Brdf, isotropic: bool, seed: int, *, rough: bool = False) -> None:
@@ -95,14 +83,13 @@ class _Problem:
         self._tint = seen / seen.max()
         self.weigh((1.0, 1.0))
 
-    def values(self, free: Vector) -> dict[str, Any]:
-        """Parameters by name."""
+    def values(self, free: Doubles) -> dict[str, Any]:
         return {
             p.name: p.from_free(free[part]).clip(p.low, p.high).reshape(p.shape)
             for p, part in zip(self.numbers, self._parts, strict=True)
         }
 
-    def start(self, random: np.random.Generator) -> Vector:
+    def start(self, random: np.random.Generator) -> Doubles:
         """Parameters to start from; every other color has the tint of the material."""
         free = []
         for p in self.numbers:
@@ -115,38 +102,36 @@ class _Problem:
         return np.concatenate(free)
 
     def weigh(self, errors: Iterable[float]) -> None:
-        """Count both kinds of pictures by these mean squared errors of theirs."""
+        """Weight both kinds of pictures by these mean squared errors of theirs."""
         self._weights = [
             1.0 / math.sqrt((error + _FLOOR) * len(target))
             for error, target in zip(errors, self.pictures.target, strict=True)
         ]
 
-    def _differences(self, free: Vector) -> list[Floats]:
+    def _differences(self, free: Doubles) -> list[Floats]:
         f_r = self._function(self.values(free), self.pictures.wi, self.pictures.wo)
         f_r[~np.isfinite(f_r)] = 0.0
         shown = self.pictures.shown(f_r)
         return [s - t for s, t in zip(shown, self.pictures.target, strict=True)]
 
-    def residuals(self, free: Vector) -> Vector:
+    def residuals(self, free: Doubles) -> Doubles:
         """Weighted differences, shape (n,)."""
         parts = zip(self._weights, self._differences(free), strict=True)
         return np.concatenate([weight * part for weight, part in parts])
 
-    def jacobian(self, free: Vector, _: Vector) -> Vector:
+    def jacobian(self, free: Doubles, _: Doubles) -> Doubles:
         """Derivatives of the residuals, shape (parameters, n), by differences."""
         steps = _STEP * np.eye(len(free))
         rows = [self.residuals(free + step) - self.residuals(free - step) for step in steps]
         return np.stack(rows) / (2.0 * _STEP)
 
-    def errors(self, free: Vector) -> tuple[float, float]:
+    def errors(self, free: Doubles) -> tuple[float, float]:
         """Mean squared errors of both kinds of pictures."""
         first, second = (float(np.mean(part * part)) for part in self._differences(free))
         return first, second
 
-    def minimum(self, start: Vector, steps: int) -> tuple[Vector, float]:
-        """Parameters near a start at which the errors are smallest, and the sum of their
-        logarithms there.
-        """
+    def minimum(self, start: Doubles, steps: int) -> tuple[Doubles, float]:
+        """Parameters near a start with the smallest errors, and the sum of their logarithms."""
         found, _ = minimize(self.residuals, self.jacobian, start, steps, _LIMIT, squares=True)
         return found, sum(math.log(error + _FLOOR) for error in self.errors(found))
 
@@ -165,7 +150,7 @@ def fit_pictures(
     going = max(1, starts // 8)
     done, total = 0, starts + going + 1
 
-    def reported(found: tuple[Vector, float]) -> tuple[Vector, float]:
+    def reported(found: tuple[Doubles, float]) -> tuple[Doubles, float]:
         nonlocal done
         done += 1
         report("fitting", done, total, f"{_decibels(math.exp(0.5 * found[1])):.1f} dB")

@@ -32,11 +32,11 @@ _DARK = 1e-4  # f_r in 1/sr of facets that reflect everything, below which they 
 
 
 class TabulatedMicrofacets(FactoredBrdf):
-    """F D G / (4 cos theta_i cos theta_o) with tables of D and F, and Smith's G of that D.
+    """F D G / (4 cos theta_i cos theta_o) with tables of D and F, and Smith's G for that D.
 
     `distribution` is D, a function of theta_h; `area` is the projected area sigma(theta) of all
-    facets, of which G comes with heights correlated (Heitz 2014, equation 99); `fresnel` is F, a
-    function of theta_d a channel. With 90 nodes each that is 450 numbers, 1800 bytes.
+    facets, from which G follows with heights correlated (Heitz 2014, equation 99); `fresnel` is F,
+    a function of theta_d per channel. With 90 nodes each that is 450 numbers, 1800 bytes.
     """
 
     model = "tabulated-microfacets"
@@ -63,14 +63,8 @@ class TabulatedMicrofacets(FactoredBrdf):
 
         F is the mean over theta_h, at phi_d = 90 degrees, of f_r over that of facets that reflect
         everything. It exceeds 1 where facets alone cannot explain what is reflected, as on white
-        paper. Samples, gain and seed do not matter.
-
-        Returns
-        -------
-        values
-            Of the model.
-        facts
-            Alpha of GGX and of Beckmann's distribution for the same D.
+        paper. Samples, gain and seed do not matter. The facts are alpha of GGX and of Beckmann's
+        distribution for the same D.
         """
         grid = NormalGrid(_AZIMUTHS, NODES, brdf.isotropic)
         found = grid.density(brdf, correlated=True).mean(axis=0)

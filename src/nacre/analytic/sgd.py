@@ -21,7 +21,7 @@ def _color(name: str, low: float, high: float, start: tuple[float, float]) -> Pa
 
 
 class Sgd(AnalyticBrdf):
-    """specular F D G / (pi cos theta_i cos theta_o) over a Lambertian base, each a channel.
+    """specular F D G / (pi cos theta_i cos theta_o) over a Lambertian base, each per channel.
 
     - D = normalization exp(-x) / (x^p pi cos(theta_h)^4) with x = alpha + tan(theta_h)^2 / alpha;
     - F = Schlick's of `normal_reflectance`, less `slope` cos theta_d;

@@ -1,7 +1,7 @@
 """Published tables of fitted parameters: `.fit` files of the BSDF benchmark BBM.
 
-Each line is `material = Aggregate(Lambertian(albedo = [...]), Model(parameter = number, ...))`.
-What the parameters mean is said there, in the headers of the models of each paper
+Each line is `material = Aggregate(Lambertian(albedo = [...]), Model(parameter = number, ...))`. The
+headers of the models of each paper there tell what the parameters mean
 (https://github.com/bsdfbenchmark/bbm).
 """
 
@@ -47,11 +47,10 @@ _MODELS: dict[str, tuple[str, dict[str, str]]] = {
 """Name of the model here, and of its parameters, by the name in the tables."""
 
 _SCALES = 1.0, 1.15, 1.66
-"""Of red, green and blue in MERL's own reader, relative to red.
+"""Scales of red, green and blue in MERL's own reader, relative to red.
 
 Ngan et al. 2005 fitted values as the files store them: their colors lack these factors, which those
-of Low et al. 2012 and Bagher et al. 2012 have, and the paper does not say so.
-"""
+of Low et al. 2012 and Bagher et al. 2012 have, and the paper does not say so."""
 
 
 def materials(path: Path) -> dict[str, str]:
@@ -77,7 +76,7 @@ def materials(path: Path) -> dict[str, str]:
 def load(path: Path, material: str | None = None) -> AnalyticBrdf:
     """Read one material of a table.
 
-    Raises FormatError if there is no such material, or it is of no model that we know.
+    Raises FormatError if there is no such material, or its model is unknown.
     """
     known = materials(path)
     if material is None and len(known) == 1:
@@ -99,7 +98,7 @@ def load(path: Path, material: str | None = None) -> AnalyticBrdf:
             given["normal_reflectance"], given["slope"] = given.pop("eta")
             given["log_c"] = [math.log(c) for c in given.pop("c")]
         except (KeyError, TypeError, ValueError) as error:
-            raise FormatError(f"{where}: eta or c is not as this model has it") from error
+            raise FormatError(f"{where}: eta or c is not what this model takes") from error
     values = {names_here.get(key, key): value for key, value in given.items()}
     try:
         return MODELS[model](name=material, diffuse=diffuse, **values)

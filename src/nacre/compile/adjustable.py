@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Array, Components, Table
+from nacre.array import Array, Components, Table, Weights
 from nacre.compile.trace import Traced
 from nacre.compile.vectorized import VectorFunction
 
@@ -16,20 +16,10 @@ from nacre.compile.vectorized import VectorFunction
 class AdjustableFunction:
     """A formula of named parameters and two vectors, compiled once for all values of these.
 
-    Not for several threads at a time: the parameters of a call are kept in the object.
-
-    Parameters
-    ----------
-    formula
-        From parameters by name and two vectors to a vector; called once.
-    shapes
-        Of each parameter: () for a number, (3,) for a color, which the formula gets as a tuple,
-        (rows, nodes) for a table.
-
-    Raises
-    ------
-    TypeError, AttributeError, ValueError
-        See :class:`nacre.compile.vectorized.VectorFunction`.
+    The `formula`, from parameters by name and two vectors to a vector, is called once. `shapes` are
+    those of the parameters: () for a number, (3,) for a color, which the formula takes as a tuple,
+    (rows, nodes) for a table. Not for several threads at a time: the parameters of a call are kept
+    in the object. Raises what :class:`nacre.compile.vectorized.VectorFunction` raises.
     """
 
     def __init__(
@@ -48,9 +38,9 @@ class AdjustableFunction:
     def __call__(
         self,
         values: Mapping[str, npt.ArrayLike],
-        a: npt.NDArray[np.float32],
-        b: npt.NDArray[np.float32],
-    ) -> npt.NDArray[np.float32]:
+        a: Weights,
+        b: Weights,
+    ) -> Weights:
         """The vectors, shape (n, 3), for n pairs of shape (n, 3), contiguous."""
         for name, place in self._places.items():
             place[...] = values[name]
@@ -58,8 +48,8 @@ class AdjustableFunction:
         return found
 
 
-def _traced(place: npt.NDArray[np.float32], like: Traced) -> Any:
-    """What stands for numbers that are not known yet: they are gathered from where they will be."""
+def _traced(place: Weights, like: Traced) -> Any:
+    """A stand-in for numbers that are not known yet: they are gathered from where they will be."""
     if place.ndim == 2:
         return Table(place)
     table = Table(place.reshape(-1))

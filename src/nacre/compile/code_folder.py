@@ -15,10 +15,10 @@ import platformdirs
 
 
 def code_folder(name: str, sources: Iterable[Path], versions: tuple[str, ...] = ()) -> Path:
-    """Folder of the code that comes from sources by these libraries, for this processor.
+    """Folder for the code compiled from sources by these libraries, for this processor.
 
-    In the user's folder for caches, or in `NUMBA_CACHE_DIR`. Processes on different processors
-    that share a home directory have folders of their own.
+    It lies in the user's folder for caches, or in `NUMBA_CACHE_DIR`. Processes on different
+    processors that share a home directory have folders of their own.
     """
     libraries = (*versions, llvmlite.__version__, np.__version__, sys.version)
     processor = (

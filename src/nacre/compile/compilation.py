@@ -21,10 +21,10 @@ from nacre.errors import NacreError
 from nacre.io.memory import available_memory
 from nacre.runtime.lock import exclusive
 
-_MIN_MEMORY = 256 << 20  # to compile the kernel of a fit takes half of it
+_MIN_MEMORY = 256 << 20  # compiling the kernel of a fit takes half of it
 
 # Inlined, for a symbol of its own would be looked up in whatever this process has compiled so far:
-# code of other roundings than that which the next process loads from the disk.
+# code with other roundings than what the next process loads from the disk.
 inner = numba.njit(error_model="numpy", forceinline=True)
 """A function that becomes part of the compiled functions that call it."""
 inner_fast = numba.njit(error_model="numpy", fastmath=True, forceinline=True)
@@ -32,7 +32,7 @@ inner_fast = numba.njit(error_model="numpy", fastmath=True, forceinline=True)
 
 
 def compiled(function: Callable[..., Any]) -> Any:
-    """A function that Numba compiles without the interpreter lock, once a machine.
+    """A function that Numba compiles without the interpreter lock, once per machine.
 
     Compiled functions that it calls become part of it; they must lie in the same folder.
     """
@@ -50,7 +50,7 @@ def cache_folder(source: Path) -> Path:
 
 
 class _Locator(_CacheLocator):  # type: ignore[misc]
-    """Tells Numba of the folder, whose name stands for the state of the source."""
+    """Tells Numba the folder, whose name stands for the state of the source."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self._lineno = function.__code__.co_firstlineno
@@ -76,7 +76,7 @@ class _Implementation(CompileResultCacheImpl):  # type: ignore[misc]
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]
-    """Numba's cache in that folder; where it cannot be read or written, functions are compiled."""
+    """Numba's cache in that folder; functions are compiled anew if it cannot be used."""
 
     _impl_class = _Implementation
 

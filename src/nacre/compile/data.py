@@ -1,4 +1,4 @@
-"""Numbers of an object as data of compiled code, in place of a part of it."""
+"""Numbers in an object as data of compiled code, rather than a part of it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 
 
 def with_numbers(parameters: Any, number: Callable[[float], Any]) -> Any:
-    """A sampler, or another dataclass, with what a function makes of each of its numbers.
+    """A sampler, or another dataclass, with a function applied to each of its numbers.
 
     What may be None stays as it is: formulas look at it before they are traced.
     """
@@ -36,9 +36,9 @@ def as_data(parameters: Any) -> Any:
 
 
 class Datum(float):
-    """A number and where it comes from: what is computed of it is computed once, in double.
+    """A number and where it comes from: what is computed from it is computed once, in double.
 
-    Formulas that differ in the values of such numbers only are one formula to a trace.
+    Formulas that differ only in the values of such numbers are one formula to a trace.
     """
 
     origin: Any
@@ -53,7 +53,7 @@ class Datum(float):
 
 
 def computed(name: str, function: Callable[..., float], *values: float) -> float:
-    """A function of numbers, which is a datum where one of them is."""
+    """A function of numbers; its value is a datum where one of them is."""
     result = float(function(*map(float, values)))
     if not any(isinstance(value, Datum) for value in values):
         return result

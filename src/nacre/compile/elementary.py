@@ -1,8 +1,8 @@
 """Exponential, logarithm and circular functions in the operations that processors have.
 
-To a unit in the last place of float32, angles to 4 of them, with polynomials and reductions from
-Cephes (Moshier 1989).
-Values are those of a trace (:mod:`nacre.compile.trace`): vectors of numbers in compiled code.
+They are exact to a unit in the last place of float32, angles to 4 of them, with polynomials and
+reductions from Cephes (Moshier 1989). Values are those of a trace (:mod:`nacre.compile.trace`):
+vectors of numbers in compiled code.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ _SIGN = -(1 << 31)
 
 def exp(x: Any) -> Any:
     """e^x; infinite or 0 where float32 is."""
-    x = _fmin(_fmax(x, _UNDERFLOW), _OVERFLOW)
+    x = _float_of("max", x, _literal(x, _UNDERFLOW))
+    x = _float_of("min", x, _literal(x, _OVERFLOW))
     n, power = _rounded(x, 1.0 / math.log(2.0))
     r = _fma(n, -_LN_2[1], _fma(n, -_LN_2[0], x))
     p = _fma(_polynomial(_EXP, r), r * r, r) + _literal(x, 1.0)
@@ -39,13 +40,14 @@ def exp(x: Any) -> Any:
 
 
 def log(x: Any) -> Any:
-    """Natural logarithm; minus infinity of 0, and not a number below."""
+    """Natural logarithm; minus infinity at 0, and not a number below."""
     small = x < _literal(x, _NORMAL)
     scaled = _choose(small, x * _literal(x, 2.0**23), x)
     bits = _bits(scaled)
     n = (bits - _whole(x, _SQRT_HALF)) >> 23
-    f = _float(bits - (n << 23)) - _literal(x, 1.0)
-    e = _choose(small, _to_float(n) - _literal(x, 23.0), _to_float(n))
+    f = _float_of("from_bits", bits - (n << 23)) - _literal(x, 1.0)
+    whole = _float_of("to_float", n)
+    e = _choose(small, whole - _literal(x, 23.0), whole)
     z = f * f
     tail = _fma(e, _LN_2[1], _polynomial(_LOG, f) * f * z)
     result = _fma(e, _LN_2[0], f + _fma(z, -0.5, tail))
@@ -55,12 +57,12 @@ def log(x: Any) -> Any:
 
 
 def sin(x: Any) -> Any:
-    """Sine, of angles up to some thousands."""
+    """Sine, for angles up to some thousands."""
     return _circular(x, 0)
 
 
 def cos(x: Any) -> Any:
-    """Cosine, of angles up to some thousands."""
+    """Cosine, for angles up to some thousands."""
     return _circular(x, 1)
 
 
@@ -75,12 +77,12 @@ def _circular(x: Any, quarter: int) -> Any:
     cosine = _fma(_polynomial(_COS, z) * z, z, _fma(z, -0.5, _literal(x, 1.0)))
     turns = turns + quarter
     value = _choose((turns & 1) == 0, sine, cosine)
-    return _float(_bits(value) ^ ((turns & 2) << 30))
+    return _float_of("from_bits", _bits(value) ^ ((turns & 2) << 30))
 
 
 def arctan2(y: Any, x: Any) -> Any:
-    """Angle in [-pi, pi] of the point (x, y); of zeros, as their signs have it."""
-    across, along = _absolute(y), _absolute(x)
+    """Angle in [-pi, pi] of the point (x, y); for zeros, by their signs."""
+    across, along = _float_of("abs", y), _float_of("abs", x)
     steep = across > along
     low, high = _choose(steep, along, across), _choose(steep, across, along)
     # Above tan(pi / 8), the angle to the diagonal.
@@ -93,13 +95,13 @@ def arctan2(y: Any, x: Any) -> Any:
     angle = _choose(far, angle + _literal(x, math.pi / 4.0), angle)
     angle = _choose(steep, _literal(x, math.pi / 2.0) - angle, angle)
     angle = _choose(_bits(x) < _whole(x, 0), _literal(x, math.pi) - angle, angle)
-    return _float(_bits(angle) ^ (_bits(y) & _SIGN))
+    return _float_of("from_bits", _bits(angle) ^ (_bits(y) & _SIGN))
 
 
 def arcsin(x: Any) -> Any:
     """Angle in [-pi / 2, pi / 2] of a sine; not a number beyond 1."""
     one = _literal(x, 1.0)
-    return arctan2(x, _sqrt((one - x) * (one + x)))
+    return arctan2(x, _float_of("sqrt", (one - x) * (one + x)))
 
 
 def _rounded(x: Any, factor: float) -> tuple[Any, Any]:
@@ -117,7 +119,7 @@ def _polynomial(coefficients: Sequence[float], x: Any) -> Any:
 
 
 def _power_of_two(n: Any) -> Any:
-    return _float((n + 127) << 23)
+    return _float_of("from_bits", (n + 127) << 23)
 
 
 def _literal(like: Any, value: float) -> Any:
@@ -130,15 +132,11 @@ def _whole(like: Any, value: int) -> Any:
 
 def _fma(a: Any, b: Any, c: Any) -> Any:
     """The sum of a b and c, rounded once; b may be a number."""
-    return a.trace.add("float", "fma", a, _literal(a, b) if isinstance(b, float) else b, c)
+    return _float_of("fma", a, _literal(a, b) if isinstance(b, float) else b, c)
 
 
-def _fmin(a: Any, b: float) -> Any:
-    return a.trace.add("float", "min", a, _literal(a, b))
-
-
-def _fmax(a: Any, b: float) -> Any:
-    return a.trace.add("float", "max", a, _literal(a, b))
+def _float_of(name: str, x: Any, *others: Any) -> Any:
+    return x.trace.add("float", name, x, *others)
 
 
 def _choose(condition: Any, a: Any, b: Any) -> Any:
@@ -147,22 +145,6 @@ def _choose(condition: Any, a: Any, b: Any) -> Any:
 
 def _bits(x: Any) -> Any:
     return x.trace.add("index", "bits", x)
-
-
-def _float(bits: Any) -> Any:
-    return bits.trace.add("float", "from_bits", bits)
-
-
-def _to_float(index: Any) -> Any:
-    return index.trace.add("float", "to_float", index)
-
-
-def _absolute(x: Any) -> Any:
-    return x.trace.add("float", "abs", x)
-
-
-def _sqrt(x: Any) -> Any:
-    return x.trace.add("float", "sqrt", x)
 
 
 FUNCTIONS: Mapping[str, Callable[..., Any]] = {

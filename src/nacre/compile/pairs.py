@@ -1,7 +1,7 @@
 """Arrays of pairs of directions, and of directions and random numbers: checked and evaluated.
 
-Formulas on components are evaluated by NumPy, or compiled (:mod:`nacre.compile.vectorized`). Which
-it is depends on the formula's owner and the type of the numbers, never on how many there are: the
+Formulas on components are evaluated by NumPy, or compiled (:mod:`nacre.compile.vectorized`). The
+choice depends on the formula's owner and the type of the numbers, never on how many there are: the
 same pair gives the same bits wherever it stands.
 """
 
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Array, Components, Floats, namespace
+from nacre.array import Array, Components, Floats, Weights, namespace
 from nacre.compile.data import as_data
 from nacre.io.memory import available_memory
 from nacre.objects.frozen import Frozen
@@ -37,13 +37,11 @@ _MIN_MEMORY = 256 << 20
 _known: dict[tuple[int, Formula], VectorFunction | None] = {}
 
 
-def compiled(
-    owner: Frozen, formula: Formula, **named: npt.ArrayLike
-) -> list[npt.NDArray[np.float32]] | None:
+def compiled(owner: Frozen, formula: Formula, **named: npt.ArrayLike) -> list[Weights] | None:
     """A formula of an object on two arrays of shapes (..., 3) that broadcast, by machine code.
 
-    None where a number is float64, where the formula does not compile, and where shapes do not
-    fit: what :func:`checked` says then holds. Raises ValueError as that does.
+    None where a number is float64, where the formula does not compile, and where shapes do not fit:
+    what :func:`checked` says then holds. Raises ValueError as that does.
     """
     given = [np.asarray(array) for array in named.values()]
     if any(array.dtype == np.float64 or array.shape[-1:] != (3,) for array in given):
@@ -66,7 +64,7 @@ def compiled(
 
 
 def _function(owner: Frozen, formula: Formula, names: tuple[str, ...]) -> VectorFunction | None:
-    """The compiled formula, made once as long as its owner is there."""
+    """The compiled formula, made once as long as its owner exists."""
     if not owner.closed:
         return None
     key = id(owner), formula
@@ -94,7 +92,6 @@ def _made(owner: Frozen, formula: Formula, names: tuple[str, ...]) -> VectorFunc
 
 
 def _is_good(name: str, values: Components) -> Array:
-    """Whether these components pass :func:`checked`."""
     x, y, z = values
     if name != "u":
         square = x * x + y * y + z * z
@@ -113,7 +110,7 @@ def inside(name: str, values: Components) -> Components:
 def checked(**named: npt.ArrayLike) -> tuple[Floats, Floats]:
     """Two arrays of directions, or of directions and numbers `u`, of one shape and type, checked.
 
-    A ValueError says that a shape is not (..., 3), or which numbers are not what they should be.
+    Raises ValueError if a shape is not (..., 3), or for numbers that are not what they should be.
     """
     arrays = {name: np.asarray(given) for name, given in named.items()}
     double = any(array.dtype == np.float64 for array in arrays.values())
@@ -127,12 +124,11 @@ def checked(**named: npt.ArrayLike) -> tuple[Floats, Floats]:
 
 
 def check_unit(name: str, w: Floats) -> Floats:
-    """Directions, checked."""
     flat = w.reshape(-1, 3)
     with np.errstate(over="ignore", invalid="ignore"):
         for start in range(0, len(flat), _CHUNK):
             squares = _squared_lengths(flat[start : start + _CHUNK])
-            if not (squares.min() >= _LOW and squares.max() <= _HIGH):  # of NaN too
+            if not (squares.min() >= _LOW and squares.max() <= _HIGH):  # also for NaN
                 break
         else:
             return w
@@ -155,7 +151,7 @@ def _squared_lengths(flat: Floats) -> Floats:
 
 
 def _below_one(name: str, u: Floats) -> Floats:
-    """Numbers, checked; 1, to which random numbers may have been rounded, as the one below it."""
+    """Numbers, checked; 1, to which random numbers may be rounded, becomes the one below it."""
     off = ~((u >= 0.0) & (u <= 1.0))
     if off.any():
         worst = u[off][np.argmax(np.abs(u[off] - 0.5))]

@@ -2,12 +2,13 @@
 
 A formula that is called with the :class:`Traced` inputs of a :class:`Trace` adds its operations to
 that list, once each. Numbers in the formula stay apart from its operations, so that materials that
-differ in their numbers only share compiled code.
+differ only in their numbers share compiled code.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partialmethod
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -32,28 +33,17 @@ _LARGEST_INDEX = float(1 << 30)
 
 
 class UntraceableError(TypeError):
-    """A formula asks for what is not known of a value before it is computed."""
+    """A formula asks for something that is not known about a value before it is computed."""
 
 
 class Trace:
     """The operations of a formula so far.
 
-    Parameters
-    ----------
-    expanded
-        What exponentials, logarithms and circular functions are made of; those that are missing
-        are operations themselves.
-
-    Attributes
-    ----------
-    operations
-        What computes each value.
-    numbers
-        Those of the formula, in the order of their first use.
-    origins
-        Of those numbers that are data (:class:`nacre.compile.data.Datum`), by place.
-    tables
-        Flat arrays that it gathers from, and weights of layers.
+    `expanded` says what exponentials, logarithms and circular functions are made of; those that are
+    missing are operations themselves. :attr:`operations` compute each value. :attr:`numbers` are
+    those in the formula, in the order of their first use, and :attr:`origins` tell where those that
+    are data (:class:`nacre.compile.data.Datum`) come from, by place. :attr:`tables` are flat arrays
+    that it gathers from, and weights of layers.
     """
 
     def __init__(self, *, expanded: Formulas = elementary.FUNCTIONS) -> None:
@@ -65,11 +55,10 @@ class Trace:
         self._known: dict[Operation, int] = {}
 
     def input(self, index: int) -> Traced:
-        """The component of this number."""
+        """The component with this number."""
         return self.add(FLOAT, "input", index)
 
     def add(self, kind: str, name: str, *arguments: Any) -> Traced:
-        """The value of an operation."""
         values = (x.number if isinstance(x, Traced) else x for x in arguments)
         operation = (kind, name, *values)
         number = self._known.setdefault(operation, len(self.operations))
@@ -80,9 +69,9 @@ class Trace:
         return Traced(self, number, kind)
 
     def number(self, value: float) -> Traced:
-        """A number of the formula, which is data of the compiled code."""
+        """A number in the formula, which is data of the compiled code."""
         single = float(np.float32(value))
-        # Of a material, two numbers that happen to be equal are two; of a formula they are one.
+        # Two numbers that happen to be equal are two in a material, but one in a formula.
         known = ("datum", value.origin) if isinstance(value, Datum) else ("number", str(single))
         if known not in self._known:
             self._known[known] = len(self.numbers)
@@ -92,7 +81,7 @@ class Trace:
         return self.add(FLOAT, known[0], self._known[known])
 
     def literal(self, value: float) -> Traced:
-        """A number of all formulas, which is part of the compiled code."""
+        """A number that all formulas share, which is part of the compiled code."""
         return self.add(FLOAT, "literal", repr(float(np.float32(value))))  # as text nan equals nan
 
     def index(self, value: int) -> Traced:
@@ -139,7 +128,8 @@ class Traced:
         self.trace, self.number, self.kind = trace, number, kind
 
     def _binary(self, name: str, other: Any, swapped: bool = False) -> Any:
-        if self.kind == INDEX and isinstance(other, (float, np.floating)):
+        fraction = isinstance(other, (float, np.floating)) or name == "div"
+        if self.kind == INDEX and fraction:
             return NotImplemented
         try:
             value = self.trace.as_value(other, self.kind)
@@ -147,29 +137,14 @@ class Traced:
             return NotImplemented
         return arithmetic(name, *((value, self) if swapped else (self, value)))
 
-    def __add__(self, other: Any) -> Any:
-        return self._binary("add", other)
-
-    def __radd__(self, other: Any) -> Any:
-        return self._binary("add", other, True)
-
-    def __sub__(self, other: Any) -> Any:
-        return self._binary("sub", other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return self._binary("sub", other, True)
-
-    def __mul__(self, other: Any) -> Any:
-        return self._binary("mul", other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return self._binary("mul", other, True)
-
-    def __truediv__(self, other: Any) -> Any:
-        return self._binary("div", other) if self.kind == FLOAT else NotImplemented
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return self._binary("div", other, True) if self.kind == FLOAT else NotImplemented
+    __add__ = partialmethod(_binary, "add")
+    __radd__ = partialmethod(_binary, "add", swapped=True)
+    __sub__ = partialmethod(_binary, "sub")
+    __rsub__ = partialmethod(_binary, "sub", swapped=True)
+    __mul__ = partialmethod(_binary, "mul")
+    __rmul__ = partialmethod(_binary, "mul", swapped=True)
+    __truediv__ = partialmethod(_binary, "div")
+    __rtruediv__ = partialmethod(_binary, "div", swapped=True)
 
     def __neg__(self) -> Any:
         return self.trace.add(FLOAT, "neg", self) if self.kind == FLOAT else 0 - self
@@ -183,43 +158,22 @@ class Traced:
     def _compare(self, name: str, other: Any) -> Traced:
         return self.trace.add(MASK, name, self, self.trace.as_value(other, self.kind))
 
-    def __lt__(self, other: Any) -> Traced:
-        return self._compare("lt", other)
-
-    def __le__(self, other: Any) -> Traced:
-        return self._compare("le", other)
-
-    def __gt__(self, other: Any) -> Traced:
-        return self._compare("gt", other)
-
-    def __ge__(self, other: Any) -> Traced:
-        return self._compare("ge", other)
-
-    def __eq__(self, other: Any) -> Traced:  # type: ignore[override]
-        return self._compare("eq", other)
-
-    def __ne__(self, other: Any) -> Traced:  # type: ignore[override]
-        return self._compare("ne", other)
-
+    __lt__ = partialmethod(_compare, "lt")
+    __le__ = partialmethod(_compare, "le")
+    __gt__ = partialmethod(_compare, "gt")
+    __ge__ = partialmethod(_compare, "ge")
+    __eq__ = partialmethod(_compare, "eq")
+    __ne__ = partialmethod(_compare, "ne")
     __hash__ = None  # type: ignore[assignment]
 
     def _bitwise(self, name: str, other: Any) -> Any:
         return self.trace.add(self.kind, name, self, self.trace.as_value(other, self.kind))
 
-    def __and__(self, other: Any) -> Any:
-        return self._bitwise("and", other)
-
-    def __or__(self, other: Any) -> Any:
-        return self._bitwise("or", other)
-
-    def __xor__(self, other: Any) -> Any:
-        return self._bitwise("xor", other)
-
-    def __lshift__(self, count: int) -> Any:
-        return self._bitwise("shl", count)
-
-    def __rshift__(self, count: int) -> Any:
-        return self._bitwise("shr", count)
+    __and__ = partialmethod(_bitwise, "and")
+    __or__ = partialmethod(_bitwise, "or")
+    __xor__ = partialmethod(_bitwise, "xor")
+    __lshift__ = partialmethod(_bitwise, "shl")
+    __rshift__ = partialmethod(_bitwise, "shr")
 
     def __invert__(self) -> Traced:
         return self.trace.add(MASK, "not", self.trace.as_value(self, MASK))
@@ -277,7 +231,7 @@ def needed(
 
 
 class _Tracing(Namespace):
-    """The functions of formulas; of plain numbers they are plain numbers."""
+    """The functions in formulas; for plain numbers they return plain numbers."""
 
     library = "trace"
 
@@ -308,7 +262,7 @@ def _trace(*values: Any) -> Trace:
 
 
 def _function(name: str, traced: Callable[..., Traced]) -> Callable[..., Any]:
-    """A function of floats, of which some may be plain numbers."""
+    """A function of floats, some of which may be plain numbers."""
     plain = getattr(np, name)
 
     def call(*values: Any) -> Any:
@@ -344,7 +298,7 @@ def _extremum(name: str) -> Callable[[Any, Any], Any]:
             return plain(a, b) if whole else computed(name, plain, a, b)
         trace = _trace(a, b)
         a, b = trace.as_value(a, kinds[0]), trace.as_value(b, kinds[0])
-        # What is not a number stays so where it stands on the left.
+        # A NaN on the left stays one.
         pair = (b, a) if trace.operations[a.number][1] in _NUMBERS else (a, b)
         return trace.add(kinds[0], plain.__name__, *pair)
 
@@ -363,7 +317,7 @@ def _where(condition: Any, a: Any, b: Any) -> Any:
 
 
 def _to_index(x: Any) -> Any:
-    positive = _where(x > 0.0, x, 0.0)  # also of what is not a number
+    positive = _where(x > 0.0, x, 0.0)  # also for NaN
     return x.trace.add(INDEX, "truncate", _extremum("minimum")(positive, _LARGEST_INDEX))
 
 

@@ -1,8 +1,8 @@
-"""Machine code of a traced formula: a loop over panels of pairs, a vector register wide.
+"""Machine code for a traced formula: a loop over panels of pairs, a vector register wide.
 
-Every operation is rounded as IEEE 754 has it and sums are added up in one order, so that the bits
-of a result depend on nothing but the numbers that go in: not on the processor, on the place in an
-array or on what is computed beside it.
+Every operation is rounded as in IEEE 754 and sums are added up in one order, so that the bits of a
+result depend only on the numbers that go in: not on the processor, on the place in an array or on
+what is computed beside it.
 """
 
 from __future__ import annotations
@@ -31,8 +31,7 @@ def _machine() -> tuple[int, int]:
     return 4, 24 if "neon" in features else 12
 
 
-LANES, _SUMS = _machine()
-"""Pairs of directions in a panel."""
+LANES, _SUMS = _machine()  # pairs of directions in a panel
 
 _KINDS = {
     FLOAT: ir.VectorType(_f32, LANES),
@@ -58,13 +57,10 @@ class _Places(ir.Instruction):  # type: ignore[misc]
 
 
 class Program(NamedTuple):
-    """What is compiled."""
-
     operations: Sequence[Operation]
     outputs: Sequence[Sequence[int]]
     """Values of every array that comes out: one, or three that lie side by side."""
-    fault: int
-    """The condition that an input is not what it should be."""
+    fault: int  # the condition that an input is not what it should be
 
 
 def module(program: Program) -> ir.Module:
@@ -83,8 +79,6 @@ def module(program: Program) -> ir.Module:
 
 
 class _Loop:
-    """Emits the function."""
-
     def __init__(self, function: ir.Function, program: Program) -> None:
         self.function, self.program = function, program
         self.entry = ir.IRBuilder(function.append_basic_block("entry"))
@@ -127,8 +121,8 @@ class _Loop:
         value.align = 4
         return value
 
-    def _splat(self, builder: Any, scalar: Any, kind: Any = _VECTOR) -> Any:
-        undefined = ir.Constant(kind, ir.Undefined)
+    def _splat(self, builder: Any, scalar: Any) -> Any:
+        undefined = ir.Constant(_VECTOR, ir.Undefined)
         single = builder.insert_element(undefined, scalar, _i32(0))
         return builder.shuffle_vector(single, undefined, _lanes([0] * LANES))
 

@@ -16,7 +16,7 @@ import llvmlite.binding as llvm
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Array, Components
+from nacre.array import Array, Components, Weights
 from nacre.compile.code_folder import code_folder
 from nacre.compile.trace import FLOAT, MASK, Trace
 from nacre.compile.vector_code import LANES, Program, module
@@ -25,7 +25,6 @@ from nacre.runtime.parallel import thread_slices
 Outputs: TypeAlias = tuple[Array | Components, ...]
 Formula: TypeAlias = Callable[[Components, Components], tuple[Outputs, Array]]
 """From two vectors to arrays, of a value or a vector each, and whether an input is at fault."""
-Vectors32: TypeAlias = npt.NDArray[np.float32]
 
 _PARALLEL = 100_000  # pairs from which all cores work
 _SLICE = 1 << 15  # pairs that a core takes at a time
@@ -37,17 +36,10 @@ _loaded: dict[Program, tuple[Any, Any]] = {}
 
 
 class VectorFunction:
-    """A formula as machine code.
+    """A formula as machine code, called once with traced components.
 
-    Parameters
-    ----------
-    formula
-        Called once, with traced components.
-
-    Raises
-    ------
-    TypeError, AttributeError, ValueError
-        If it is not made of the functions of :class:`nacre.array.Namespace` alone.
+    Raises TypeError, AttributeError or ValueError if it uses more than the functions of
+    :class:`nacre.array.Namespace`.
     """
 
     def __init__(self, formula: Formula) -> None:
@@ -63,17 +55,9 @@ class VectorFunction:
         self._pointers = _pointers(self._tables)
         self._run = _compiled(program)
 
-    def __call__(self, a: Vectors32, b: Vectors32) -> tuple[list[Vectors32], bool]:
-        """The arrays for n pairs of vectors, and whether one was at fault.
-
-        Parameters
-        ----------
-        a, b
-            Shape (n, 3), contiguous.
-
-        Returns
-        -------
-        list of arrays of shape (n, 3) or (n,), and a truth
+    def __call__(self, a: Weights, b: Weights) -> tuple[list[Weights], bool]:
+        """Arrays of shape (n, 3) or (n,) for n pairs of vectors (n, 3), contiguous, and whether one
+        was at fault.
         """
         count = len(a)
         outputs = [np.empty((count, 3) if w == 3 else count, np.float32) for w in self._widths]
@@ -84,7 +68,7 @@ class VectorFunction:
         )
         return outputs, any(faults)
 
-    def _part(self, a: Vectors32, b: Vectors32, outputs: Sequence[Vectors32]) -> bool:
+    def _part(self, a: Weights, b: Weights, outputs: Sequence[Weights]) -> bool:
         whole = len(a) // LANES * LANES
         fault = self._panels(a[:whole], b[:whole], outputs) if whole else False
         if whole == len(a):
@@ -97,7 +81,7 @@ class VectorFunction:
             output[whole:] = values[: len(a) - whole]
         return fault
 
-    def _panels(self, a: Vectors32, b: Vectors32, outputs: Sequence[Vectors32]) -> bool:
+    def _panels(self, a: Weights, b: Weights, outputs: Sequence[Weights]) -> bool:
         where = _pointers(outputs)
         arrays = a, b, self._numbers, self._pointers, where
         return bool(self._run(len(a) // LANES, *(array.ctypes.data for array in arrays)))
@@ -112,7 +96,7 @@ def _pointers(arrays: Sequence[npt.NDArray[Any]]) -> npt.NDArray[np.uintp]:
 
 
 def _compiled(program: Program) -> Any:
-    """The function of a program, compiled once a machine; callable without the interpreter lock."""
+    """A program's function, compiled once per machine, that needs no interpreter lock."""
     with _lock:
         if program not in _loaded:
             engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _target())
@@ -124,7 +108,7 @@ def _compiled(program: Program) -> Any:
 
 
 def _target() -> Any:
-    """What code is made for; an engine takes it for its own."""
+    """What code is compiled for; an engine takes it for its own."""
     if llvm.llvm_version_info[0] < 20:  # later ones do so by themselves
         llvm.initialize()
     llvm.initialize_native_target()
@@ -142,7 +126,7 @@ def _folder() -> Path:
 
 
 def _code(program: Program) -> bytes:
-    """The object file of a program, from the disk where it is there."""
+    """The object file of a program, from the disk if it is there."""
     name = hashlib.sha256(repr(program).encode()).hexdigest()[:32]
     with suppress(OSError):
         path = _folder() / f"{name}.o"
@@ -152,7 +136,7 @@ def _code(program: Program) -> bytes:
     code: bytes = _target().emit_object(llvm.parse_assembly(str(module(program))))
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_suffix(f".{os.getpid()}")  # one thread at a time is here
+        part = path.with_suffix(f".{os.getpid()}")  # only one thread at a time gets here
         part.write_bytes(hashlib.sha256(code).digest() + code)
         part.replace(path)
     return code

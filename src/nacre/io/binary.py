@@ -13,7 +13,7 @@ from nacre.io.files import PathLike
 class BinaryReader:
     """A position in a little-endian file that lies in memory or is mapped into it.
 
-    Every method goes on behind what it takes; a :class:`FormatError`, which starts with the path,
+    Every method moves on behind what it takes; a :class:`FormatError`, which starts with the path,
     says what the file ends within.
     """
 
@@ -25,12 +25,11 @@ class BinaryReader:
         return struct.unpack_from(layout, self.data, self.skip(struct.calcsize(layout), what))
 
     def bytes(self, length: int, what: str) -> bytes:
-        """The next bytes."""
         start = self.skip(length, what)
         return bytes(self.data[start : start + length])
 
     def skip(self, length: int, what: str) -> int:
-        """Go on by a number of bytes, which is never too large for Python; the position before."""
+        """Move on by a number of bytes, of any size; returns the position before."""
         start = self.position
         if start + length > len(self.data):
             raise FormatError(f"{self.path}: ends within {what}; the file is cut short or damaged")

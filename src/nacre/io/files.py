@@ -27,12 +27,12 @@ Identity: TypeAlias = tuple[int, int, int]
 _SETTLED = 2_000_000_000  # nanoseconds since a file was written
 
 _TEMPORARY = re.compile(r"\.([0-9a-f]{6})([0-9a-f]{6})[0-9a-f]{4}(\.\w+)?")
-"""Names that :func:`atomic_path` gives: a mark of the file to write, the process, anything."""
-_PROCESSES = 0xFFFFFF  # numbers of processes; Windows has larger ones, but there none is asked for
+"""Names that :func:`atomic_path` makes: a mark of the file to write, the process, anything."""
+_PROCESSES = 0xFFFFFF  # numbers of processes; larger ones on Windows are not checked there
 
 
 def first_bytes(path: PathLike, count: int = HEAD) -> bytes:
-    """Up to `count` bytes from the start of a regular file; none where it cannot be read."""
+    """Up to `count` bytes from the start of a regular file; none if it cannot be read."""
     with suppress(FormatError):
         return read_head(path, count)
     return b""
@@ -41,10 +41,7 @@ def first_bytes(path: PathLike, count: int = HEAD) -> bytes:
 def read_head(path: PathLike, count: int = HEAD) -> bytes:
     """Up to `count` bytes from the start of a file; never waits, as a pipe would make it.
 
-    Raises
-    ------
-    FormatError
-        If it is no regular file, is empty or cannot be read.
+    Raises FormatError if it is no regular file, is empty or cannot be read.
     """
     found = identity(path)
     # A file that was written just now may change again and keep its time.
@@ -63,7 +60,7 @@ def _head(path: Path, count: int, _identity: Identity | None) -> bytes:
 
 
 def identity(path: PathLike) -> Identity | None:
-    """Inode, size and time of change of a regular file; None of anything else."""
+    """Inode, size and time of change of a regular file; None for anything else."""
     try:
         found = Path(path).stat()
     except OSError:
@@ -74,9 +71,9 @@ def identity(path: PathLike) -> Identity | None:
 
 @contextmanager
 def file_errors(path: PathLike, done: str = "read") -> Iterator[None]:
-    """A block whose errors of the system become a :class:`FormatError` that names the file.
+    """A block whose errors from the system become a :class:`FormatError` that names the file.
 
-    `done` is what it then cannot be, in words for the message.
+    `done` is the verb for the message: the file cannot be read, or written.
     """
     try:
         yield
@@ -86,7 +83,7 @@ def file_errors(path: PathLike, done: str = "read") -> Iterator[None]:
 
 @contextmanager
 def opened(path: PathLike) -> Iterator[io.BufferedReader]:
-    """A regular file to read; whatever fails is as of :func:`file_errors`."""
+    """A regular file to read; failures are those of :func:`file_errors`."""
     with file_errors(path):
         check_regular(Path(path))
         with Path(path).open("rb") as file:
@@ -96,8 +93,8 @@ def opened(path: PathLike) -> Iterator[io.BufferedReader]:
 def check_regular(path: Path) -> int:
     """Size in bytes of a regular file.
 
-    A :class:`FormatError` says that it is a folder, or a pipe, which to open could wait for ever;
-    an :class:`OSError` that there is nothing, or that it cannot be asked.
+    Raises :class:`FormatError` if it is a folder, or a pipe, on which opening could wait forever,
+    :class:`OSError` if there is nothing, or it cannot be examined.
     """
     found = path.stat()
     if stat.S_ISDIR(found.st_mode):
@@ -110,10 +107,7 @@ def check_regular(path: Path) -> int:
 def read_bytes(path: PathLike, limit: int) -> bytes:
     """Whole content of a file of at most `limit` bytes.
 
-    Raises
-    ------
-    FormatError
-        If the path is absent, a directory, unreadable, empty or larger than `limit`.
+    Raises FormatError if the path is absent, a directory, unreadable, empty or larger than `limit`.
     """
     path = Path(path)
     with file_errors(path):
@@ -122,7 +116,7 @@ def read_bytes(path: PathLike, limit: int) -> bytes:
 
 
 def check_size(path: Path, limit: int) -> None:
-    """Refuse a file that is empty or larger than a limit in bytes, or what :func:`check_regular`
+    """Refuse a file that is empty or larger than a limit in bytes, or that :func:`check_regular`
     refuses, by the same errors.
     """
     size = check_regular(path)
@@ -144,7 +138,7 @@ def check_json(content: object) -> None:
 
 
 def digest(path: PathLike) -> str:
-    """SHA-256 of a file's content, in hexadecimal; a FormatError where it cannot be read."""
+    """SHA-256 of a file's content, in hexadecimal; a FormatError if it cannot be read."""
     with opened(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
@@ -157,13 +151,7 @@ def check_writable(path: PathLike) -> None:
 
 
 def check_not_inputs(outputs: Iterable[PathLike], inputs: Iterable[PathLike]) -> None:
-    """Raise before work starts if a file that it writes is one that it reads.
-
-    Raises
-    ------
-    FormatError
-        Naming the file.
-    """
+    """Raise a FormatError before work starts if a file that it writes is one that it reads."""
     taken = {Path(path).resolve() for path in inputs}
     for path in outputs:
         if Path(path).resolve() in taken:
@@ -175,23 +163,14 @@ def atomic_path(path: PathLike, *, internal: bool = False) -> Iterator[Path]:
     """A temporary path in the folder of `path` that replaces `path` when the block succeeds.
 
     The temporary name keeps the suffix of `path`. If the block raises, nothing is left behind and
-    an existing file at `path` stays as it was; one that is replaced leaves its permissions to the
-    new one. What a process that was killed here left behind goes when another one writes the same
-    file again.
+    an existing file at `path` stays as it was; a file that is replaced passes on its permissions.
+    What a killed process left behind here is removed when another one writes the same file again.
 
-    Parameters
-    ----------
-    path
-        File to write.
-    internal
-        Whether the file is nacre's own, as states and caches are: it is replaced without a question
-        and not recorded as an output.
+    An `internal` file is nacre's own, such as a state or a cache: it is replaced without a question
+    and not recorded as an output.
 
-    Raises
-    ------
-    FormatError
-        If `path` is a directory, its folder is absent or cannot be written, or there is a file
-        that must not be replaced: see :mod:`nacre.io.outputs`.
+    Raises FormatError if `path` is a directory, its folder is absent or cannot be written, or a
+    file is there that must not be replaced: see :mod:`nacre.io.outputs`.
     """
     path = Path(path)
     if not internal:
@@ -217,7 +196,8 @@ def atomic_path(path: PathLike, *, internal: bool = False) -> Iterator[Path]:
 def remove_file(path: PathLike) -> None:
     """Remove a file of nacre's own that is no longer needed, such as a state, if it is there.
 
-    So goes what killed processes left behind as they wrote it, which nobody will write again.
+    This also removes what killed processes left behind as they wrote it, which nobody will write
+    again.
     """
     path = Path(path)
     path.unlink(missing_ok=True)
@@ -229,7 +209,7 @@ def write_encoded(
 ) -> None:
     """Write `encode(content)` to a file, whole or not at all; see :func:`atomic_path`.
 
-    A :class:`FormatError` of `encode` comes to name the file.
+    A :class:`FormatError` from `encode` is made to name the file.
     """
     try:
         data = encode(content)
@@ -242,12 +222,8 @@ def write_encoded(
 def append_line(path: PathLike, line: str) -> None:
     """Add a line, which ends in a line break, to a file: whole or not at all.
 
-    It begins on a line of its own even after one that a killed process has left unfinished.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written; the file is then as it was.
+    It begins on a line of its own even after one that a killed process has left unfinished. Raises
+    OSError if it cannot be written; the file is then as it was.
     """
     with Path(path).open("ab+") as file:
         size = file.seek(0, os.SEEK_END)
@@ -266,7 +242,7 @@ def append_line(path: PathLike, line: str) -> None:
 
 
 def abandoned(folder: PathLike) -> list[Path]:
-    """Temporary files of :func:`atomic_path` in a folder: its process was killed, or works now."""
+    """Temporary files of :func:`atomic_path` in a folder, of killed or working processes."""
     with os.scandir(folder) as entries:
         return [Path(entry.path) for entry in entries if _TEMPORARY.fullmatch(entry.name)]
 
@@ -287,7 +263,7 @@ def _claim(path: Path) -> Path:
 
 
 def _owner(path: Path) -> str:
-    """The mark that temporary files have of the file that they are to become."""
+    """The mark in the names of temporary files of the file that they are to become."""
     return hashlib.sha256(os.fsencode(f"{platform.node()}/{path.name}")).hexdigest()[:6]
 
 
@@ -304,7 +280,7 @@ def _remove_stale(folder: Path, owner: str) -> None:
 def _found_first(folder: Path) -> list[Path]:
     """The temporary files that this process finds when it first writes into a folder.
 
-    To list a large folder takes longer than to write a file.
+    Listing a large folder takes longer than writing a file.
     """
     return abandoned(folder)
 

@@ -1,9 +1,9 @@
 """Images, decoded only once their headers are found to promise no more than they may.
 
-Mitsuba decodes OpenEXR and PNG, which keeps 16 bits a channel; Pillow JPEG, as it notices that a
-file ends too early, and parses its header. The headers of the other two are parsed here: Mitsuba
-has no way to read one without all pixels, and Pillow unpacks the compressed texts of a PNG image,
-which may be a thousand times what they take, and hides that samples have 16 bits.
+Mitsuba decodes OpenEXR and PNG, keeping 16 bits per channel; Pillow JPEG, as it notices that a file
+ends too early, and parses its header. The headers of the other two are parsed here: Mitsuba cannot
+read one without all pixels, and Pillow unpacks the compressed texts of a PNG image, which may be a
+thousand times their packed size, and hides that samples have 16 bits.
 """
 
 from __future__ import annotations
@@ -25,8 +25,7 @@ from nacre.io import radiance_image
 from nacre.io.files import PathLike, opened
 from nacre.io.memory import address_space
 
-HEADER_LIMIT = 1 << 18
-"""Bytes from the start of a file within which its size must be found."""
+HEADER_LIMIT = 1 << 18  # bytes from the start of a file within which its size must be found
 
 # Bytes of addresses that Mitsuba starts with: 323 MiB were seen, and each thread's stack.
 _MITSUBA_SPACE = (400 + 8 * (os.cpu_count() or 1)) << 20
@@ -49,28 +48,19 @@ _PNG_COLORS = {2, 6}  # RGB, with and without opacity
 
 @dataclass(frozen=True)
 class ImageHeader:
-    """What an image promises.
+    """What an image promises."""
 
-    Parameters
-    ----------
-    width, height
-        In pixels.
-    channels
-        Names of the channels but for opacity: R, G, B, or of an OpenEXR image any others.
-    bits
-        Of a sample that follows a display curve; 0 where values are linear.
-    """
-
-    width: int
+    width: int  # in pixels, as the height
     height: int
-    channels: frozenset[str]
-    bits: int
+    channels: frozenset[str]  # names except opacity: R, G, B, or in an OpenEXR image any others
+    bits: int  # of a sample that follows a display curve; 0 where values are linear
 
 
 def read_header(path: PathLike) -> ImageHeader:
-    """Header of an image of any of the kinds, which its first bytes tell.
+    """Header of an image of any of the kinds, recognized by its first bytes.
 
-    A :class:`FormatError` says that it cannot be read, is none of them, or is not of three colors.
+    Raises :class:`FormatError` if it cannot be read, is of no such kind, or does not have three
+    colors.
     """
     with opened(path) as file:
         data = file.read(_USUAL_HEADER)
@@ -81,7 +71,7 @@ def read_header(path: PathLike) -> ImageHeader:
 
 
 def parse_header(data: bytes, path: PathLike) -> ImageHeader:
-    """As :func:`read_header`, of a file's first :data:`HEADER_LIMIT` bytes, or all it has."""
+    """As :func:`read_header`, from a file's first :data:`HEADER_LIMIT` bytes, or all it has."""
     kinds = {PNG_MAGIC: png_header, JPEG_MAGIC: _jpeg_header, EXR_MAGIC: exr_header}
     for magic, parse in kinds.items():
         if data.startswith(magic):
@@ -90,10 +80,11 @@ def parse_header(data: bytes, path: PathLike) -> ImageHeader:
 
 
 def check_pixel_count(path: PathLike) -> None:
-    """Refuse an image of more than :data:`PIXEL_LIMIT` pixels by its header, before it is decoded.
+    """Refuse an image with more than :data:`PIXEL_LIMIT` pixels by its header, before it is
+    decoded.
 
     A :class:`FormatError` says so, or that it cannot be read or is of no kind whose header is known
-    here: OpenEXR, Radiance (`.hdr`), PNG or JPEG, of any channels.
+    here: OpenEXR, Radiance (`.hdr`), PNG or JPEG, with any channels.
     """
     with opened(path) as file:
         data = file.read(HEADER_LIMIT)
@@ -136,7 +127,6 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
 
 
 def exr_header(data: bytes, path: PathLike) -> ImageHeader:
-    """Header of an OpenEXR image; see :func:`parse_header`."""
     try:
         (flags,) = struct.unpack_from("<I", data, 4)
         if not data.startswith(EXR_MAGIC) or flags & ~_EXR_LONG_NAMES != 2:
@@ -154,12 +144,11 @@ def exr_header(data: bytes, path: PathLike) -> ImageHeader:
 
 
 def png_header(data: bytes, path: PathLike) -> ImageHeader:
-    """Header of a PNG image; see :func:`parse_header`."""
     if len(data) < 26 or not data.startswith(PNG_MAGIC) or data[12:16] != b"IHDR":
         raise FormatError(f"{path}: is not a PNG image")
     width, height, bits, color = struct.unpack_from(">2I2B", data, 16)
     if color not in _PNG_COLORS or bits not in (8, 16):
-        raise FormatError(f"{path}: is not of three colors with 8 or 16 bits; save it as RGB")
+        raise FormatError(f"{path}: does not have three colors with 8 or 16 bits; save it as RGB")
     return ImageHeader(width, height, frozenset("RGB"), bits)
 
 
@@ -167,14 +156,14 @@ def decode(data: bytes, header: ImageHeader, path: PathLike) -> npt.NDArray[Any]
     """Pixels of an image as stored, shape (height, width, 3).
 
     They are unsigned integers that follow a display curve, or linear values; red, green and blue,
-    or the channels X, Y and Z. The header was found in the data, and to promise no more than memory
+    or the channels X, Y and Z. The header was found in the data, and promises no more than memory
     holds. OpenEXR images are decoded from the path.
     """
     decoder = _decode_by_pillow if data.startswith(JPEG_MAGIC) else _decode_by_mitsuba
     pixels = decoder(data, path)
     size = header.height, header.width
     if pixels.ndim != 3 or pixels.shape[:2] != size or pixels.shape[2] < 3:
-        raise FormatError(f"{path}: is of another size than its header says")
+        raise FormatError(f"{path}: does not have the size that its header says")
     return pixels[..., :3]
 
 
@@ -192,15 +181,16 @@ def _exr_attributes(data: bytes) -> tuple[dict[str, slice], int]:
 
 
 def _exr_window(data: bytes, places: Mapping[str, slice]) -> tuple[int, int, int, int]:
-    """Left, top, right and bottom pixel that a header says are there."""
+    """Left, top, right and bottom pixel according to a header."""
     left, top, right, bottom = struct.unpack("<4i", data[places["dataWindow"]])
     return left, top, right, bottom
 
 
 def _exr_at_origin(data: bytes, path: PathLike) -> bytes | None:
-    """An OpenEXR image whose pixels begin at (0, 0), where those of a file begin left or above.
+    """An OpenEXR image whose pixels begin at (0, 0), where those in a file begin left of or above
+    it.
 
-    Renderings that are wider than their frame do. Mitsuba 3.9.1 writes before its own pixels then.
+    Renderings that are wider than their frame do. Mitsuba 3.9.1 then writes before its own pixels.
     None where they do not; a :class:`FormatError` says that such an image is damaged or in tiles.
     """
     try:
@@ -236,12 +226,12 @@ def _jpeg_header(data: bytes, path: PathLike) -> ImageHeader:
     except Exception as error:  # the parser meets damage in many ways
         raise FormatError(f"{path}: is not a whole JPEG image") from error
     if mode != "RGB" or bits != 8:
-        raise FormatError(f"{path}: is not of three colors with 8 bits; save it as RGB")
+        raise FormatError(f"{path}: does not have three colors with 8 bits; save it as RGB")
     return ImageHeader(width, height, frozenset("RGB"), bits)
 
 
 def _critical_chunks(data: bytes, path: PathLike) -> bytes:
-    """A PNG image without texts and profiles, which can be a thousand times what they take."""
+    """A PNG image without texts and profiles, which can be a thousand times their packed size."""
     kept, offset, kind = [PNG_MAGIC], len(PNG_MAGIC), b""
     while kind != b"IEND":
         kind = data[offset + 4 : offset + 8]
@@ -255,17 +245,12 @@ def _critical_chunks(data: bytes, path: PathLike) -> bytes:
 
 
 def bitmaps() -> Any:
-    """Mitsuba, with threads enough that its `Bitmap` reads and writes OpenEXR images.
+    """Mitsuba, with enough threads for its `Bitmap` to read and write OpenEXR images.
 
-    Where it has one thread only, as on one core, that thread waits for another for ever.
-
-    Raises
-    ------
-    MissingExtraError
-        If Mitsuba is not installed or does not load.
-    NacreError
-        If the process may not take as much memory as Mitsuba starts with: the half of it that did
-        load would stop the process, or wait for ever.
+    Where it has only one thread, as on one core, that thread waits for another forever. Raises
+    MissingExtraError if Mitsuba is not installed or does not load; NacreError if the process may
+    not take as much memory as Mitsuba starts with: if half of it loaded, the process would stop, or
+    wait forever.
     """
     left = address_space()
     if left is not None and left < _MITSUBA_SPACE and "mitsuba" not in sys.modules:
@@ -277,10 +262,10 @@ def bitmaps() -> Any:
 
 
 def read_bitmap(path: PathLike) -> Any:
-    """An image of any channels as Mitsuba's bitmap.
+    """An image with any channels as Mitsuba's bitmap.
 
-    A :class:`FormatError` is as of :func:`check_pixel_count`; a RuntimeError, ValueError or
-    MemoryError says that it cannot be decoded.
+    Raises :class:`FormatError` as :func:`check_pixel_count`; a RuntimeError, ValueError or
+    MemoryError if it cannot be decoded.
     """
     check_pixel_count(path)
     mi = bitmaps()
@@ -294,10 +279,10 @@ def read_bitmap(path: PathLike) -> Any:
 
 
 def _source(data: bytes, path: PathLike) -> Any:
-    """What Mitsuba decodes of a file: the file itself, or bytes where it would misread that."""
+    """What Mitsuba should decode: the file itself, or bytes where it would misread that."""
     changed = None
     if data.startswith(PNG_MAGIC):
-        # Must be whole: Mitsuba does not notice that a stream in memory ends.
+        # It must be whole: Mitsuba does not notice where a stream in memory ends.
         changed = _critical_chunks(data, path)
     elif data.startswith(EXR_MAGIC):
         changed = _exr_at_origin(data, path)

@@ -19,11 +19,8 @@ _ENTRIES = {"KTXorientation": "rd", "KTXwriter": "nacre"}
 def ktx2(pixels: npt.NDArray[np.float16]) -> bytes:
     """The content of a file with one level, uncompressed, first row at the top.
 
-    Parameters
-    ----------
-    pixels
-        float16 of 1 or 4 channels: a picture, shape (height, width, channels), or a texture array,
-        shape (layers, height, width, channels). They are numbers, not colors.
+    Pixels are float16 numbers, not colors, with 1 or 4 channels: a picture, shape (height, width,
+    channels), or a texture array, shape (layers, height, width, channels).
     """
     *layers, height, width, channels = pixels.shape
     data = np.ascontiguousarray(pixels, "<f2").tobytes()

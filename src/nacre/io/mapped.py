@@ -1,4 +1,4 @@
-"""Files that lie in memory only as far as they are looked at."""
+"""Files that lie in memory only as far as they are read."""
 
 from __future__ import annotations
 
@@ -14,23 +14,13 @@ from nacre.io.files import PathLike, check_size, file_errors
 class MappedFile:
     """A file of at least a byte, mapped into memory to be read.
 
-    A file of the same name that takes its place changes nothing here. One that is written over is
-    another matter: to look at what it has lost would end the process, so :meth:`check` is to be
-    called before. On Windows a mapped file can be neither replaced nor removed.
+    A file of the same name that takes its place changes nothing here. One that is overwritten is
+    another matter: reading what it has lost would end the process, so call :meth:`check` before. On
+    Windows a mapped file can be neither replaced nor removed.
 
-    Parameters
-    ----------
-    path
-        File to map.
-    limit
-        Largest size, in bytes.
-    descriptor
-        Of the file, where it is open already: a file that has taken its name since is another.
-
-    Raises
-    ------
-    FormatError
-        As of :func:`nacre.io.files.read_bytes`.
+    `limit` is the largest size in bytes. `descriptor` belongs to the file where it is open already:
+    a file that has taken its name since is another. Raises FormatError as
+    :func:`nacre.io.files.read_bytes`.
     """
 
     def __init__(self, path: PathLike, limit: int, descriptor: int | None = None) -> None:
@@ -46,23 +36,17 @@ class MappedFile:
             self.data = mmap.mmap(self._file, 0, access=mmap.ACCESS_READ)
 
     def check(self) -> None:
-        """Refuse to go on with a file that has changed.
-
-        Raises
-        ------
-        FormatError
-            If it was written to or cut short since it was mapped.
-        """
+        """Raise FormatError if the file was written to or cut short since it was mapped."""
         if self._now() != self._state:
             raise FormatError(f"{self.path}: has changed since it was read; read it again")
 
     def release(self) -> None:
-        """Give back the memory of what was looked at, where the system can; it is read anew."""
+        """Give back the memory of what was read, where the system can; it is read anew."""
         if hasattr(mmap, "MADV_DONTNEED"):
             self.data.madvise(mmap.MADV_DONTNEED)
 
     def _now(self) -> tuple[int, int]:
-        """Size and time of change of the file that is mapped, whatever its name."""
+        """Size and time of change of the mapped file, whatever its name."""
         found = os.fstat(self._file)
         return found.st_size, found.st_mtime_ns
 

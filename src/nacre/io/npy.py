@@ -21,13 +21,11 @@ from nacre.errors import FormatError, reason
 from nacre.io.files import PathLike
 from nacre.io.mapped import MappedFile
 
-MAGIC = npy.MAGIC_PREFIX
-"""First bytes of every file."""
+MAGIC = npy.MAGIC_PREFIX  # first bytes of every file
 
 _WHOLE, _RATIO = 1 << 26, 8
 """Bytes that an array may unpack to from an archive of any size, and from each of its bytes."""
-TEXT_LIMIT = 1024
-"""Most characters of a text."""
+TEXT_LIMIT = 1024  # most characters of a text
 
 
 def parse_npy(data: bytes, where: str) -> npt.NDArray[Any]:
@@ -57,7 +55,7 @@ def parse_text(data: bytes, where: str) -> str:
 
 
 def map_npy(file: MappedFile, offset: int, length: int, where: str) -> npt.NDArray[Any]:
-    """As :func:`parse_npy`, of `length` bytes of a mapped file from an offset.
+    """As :func:`parse_npy`, from `length` bytes of a mapped file at an offset.
 
     The array is not always aligned in memory. Call :meth:`MappedFile.check` before it is used.
     """
@@ -92,10 +90,10 @@ def unpack_member(
 ) -> bytes:
     """Content of a file in an archive of `size` bytes, stored or deflated.
 
-    The content may have eight times as many bytes, and 64 MiB of any archive. A
-    :class:`FormatError`, which starts with `where`, says that it is larger, of another length than
-    the archive says, or packed in another way; where the archive is damaged, exceptions are of many
-    kinds (see :func:`archive_errors`).
+    The content may have eight times as many bytes, and 64 MiB from any archive. A
+    :class:`FormatError`, which starts with `where`, says that it is larger, has another length than
+    the archive says, or is packed in another way; where the archive is damaged, exceptions are of
+    many kinds (see :func:`archive_errors`).
     """
     if member.file_size > max(_WHOLE, _RATIO * size):
         raise FormatError(f"{where}: is larger than any table that packs into this file")
@@ -104,16 +102,16 @@ def unpack_member(
     with archive.open(member) as packed:  # read() would unpack more than was promised
         content = packed.read(member.file_size)
         if len(content) < member.file_size or packed.read(1):
-            raise FormatError(f"{where}: is of another length than the archive says")
+            raise FormatError(f"{where}: does not have the length that the archive says")
     return content
 
 
 def _header(
     file: IO[bytes], length: int, kind: str, where: str
 ) -> tuple[tuple[int, ...], Any, np.dtype[Any], int]:
-    """Shape, order ("C" or "F"), type, and length of the header, which lies here in a file.
+    """Shape, order ("C" or "F"), type, and length of the header at this place in a file.
 
-    The array must be of a kind of NumPy's and fill the rest of `length` bytes.
+    The array must be of one of NumPy's kinds and fill the rest of `length` bytes.
     """
     before = file.tell()
     try:

@@ -1,8 +1,8 @@
 """Which files may be replaced: those that the same command wrote, and nobody changed since.
 
 Measurements cost days, so nothing else is replaced unless the user says so. What nacre wrote is
-kept track of in the user's folder for states (`NACRE_STATE`, else the platform's): for each output
-a small file with its size, its time of change and the command that wrote it.
+recorded in the user's folder for states (`NACRE_STATE`, else the platform's): for each output a
+small file with its size, its time of change and the command that wrote it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ PathLike = str | os.PathLike[str]
 
 @dataclass(frozen=True)
 class _Policy:
-    """What writes now, for all threads of the process, and whether it may replace anything."""
+    """What is writing now, for all threads of the process, and whether it may replace anything."""
 
     command: str = ""
     force: bool = False
@@ -46,20 +46,14 @@ def _applied(policy: _Policy) -> Iterator[None]:
 
 
 def overwrite(force: bool = True) -> AbstractContextManager[None]:
-    """A block in which outputs replace whatever file is there, read-only ones too.
-
-    Parameters
-    ----------
-    force
-        Whether they do; without it, the block changes nothing.
-    """
+    """A block in which outputs replace whatever file is there, read-only ones too, if `force`."""
     return _applied(replace(_policy, force=_policy.force or force))
 
 
 def written_by(command: str) -> AbstractContextManager[None]:
-    """A block whose outputs are of one command: they replace only what it wrote before.
+    """A block whose outputs belong to one command: they replace only what it wrote before.
 
-    Outside such blocks, as in a Python program of the user's, they replace what any command wrote.
+    Outside such blocks, as in a user's Python program, they replace what any command wrote.
     """
     return _applied(replace(_policy, command=command))
 
@@ -67,8 +61,8 @@ def written_by(command: str) -> AbstractContextManager[None]:
 def check_replaceable(path: PathLike) -> None:
     """Refuse to write where there is a file that must not be replaced.
 
-    It is a link, read-only, of another user, or not known as written by nacre, by this command and
-    unchanged since. Not within :func:`overwrite`.
+    It is a link, read-only, owned by another user, or not known as written by nacre, by this
+    command and unchanged since. Not within :func:`overwrite`.
     """
     path = Path(path)
     if _policy.force:
@@ -82,15 +76,11 @@ def check_replaceable(path: PathLike) -> None:
 
 
 def record_output(path: PathLike, upcoming: PathLike | None = None) -> None:
-    """Note that this command wrote a file; where that cannot be noted, the file is a stranger's.
+    """Note that this command wrote a file; where that cannot be noted, the file counts as a
+    stranger's.
 
-    Parameters
-    ----------
-    path
-        The file.
-    upcoming
-        What is about to take its name: whichever of them a process leaves that is killed between
-        is then known.
+    `upcoming` is about to take its name: whichever of them a process leaves that is killed between
+    is then known.
     """
     path = Path(path)
     record = _record(path)
@@ -108,7 +98,7 @@ def record_output(path: PathLike, upcoming: PathLike | None = None) -> None:
 
 
 def _read(record: Path) -> dict[str, Any]:
-    """What is noted of a file; nothing where that cannot be read."""
+    """What a record holds; nothing if it cannot be read."""
     with suppress(OSError, ValueError, RecursionError):
         content = json.loads(record.read_text(encoding="utf-8"))
         if isinstance(content, dict):
@@ -117,7 +107,7 @@ def _read(record: Path) -> dict[str, Any]:
 
 
 def _problem(path: Path, status: os.stat_result) -> str:
-    """Why a file must not be replaced; empty where it may."""
+    """Why a file must not be replaced; empty where it may be."""
     if stat.S_ISLNK(status.st_mode):
         return "is a symbolic link"
     if not stat.S_ISREG(status.st_mode):

@@ -1,6 +1,6 @@
 """Radiance pictures (`.hdr`), decoded here: Mitsuba's decoder writes beyond its pixels.
 
-That is so where a row of runs is followed by one without (Mitsuba 3.9.1, `Bitmap::read_rgbe`). The
+It does where a row of runs is followed by one without (Mitsuba 3.9.1, `Bitmap::read_rgbe`). The
 format is that of Ward, "Real Pixels" (Graphics Gems II, 1991), with the runs of Radiance 2.
 """
 
@@ -12,11 +12,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Weights
+
 MAGIC = b"#?"
 _SIZE = re.compile(rb"-Y +(\d{1,9}) +\+X +(\d{1,9}) *\r?\n")
 _FORMAT = b"FORMAT=32-bit_rle_"
-_RUNS = range(8, 1 << 15)
-"""Widths of rows that may be packed as runs."""
+_RUNS = range(8, 1 << 15)  # widths of rows that may be packed as runs
 
 
 class Header(NamedTuple):
@@ -29,7 +30,7 @@ class Header(NamedTuple):
 
 
 def parse_header(data: bytes) -> Header:
-    """The header in the first bytes of a file; ValueError if it is none, or of another order."""
+    """The header in the first bytes of a file; ValueError if it is none, or in another order."""
     text, blank, _ = data.partition(b"\n\n")
     if not blank:
         text, blank, _ = data.partition(b"\r\n\r\n")
@@ -43,7 +44,7 @@ def parse_header(data: bytes) -> Header:
     return Header(int(size[1]), int(size[2]), size.end(), formats == {_FORMAT + b"xyze"})
 
 
-def decode(data: bytes, header: Header) -> npt.NDArray[np.float32]:
+def decode(data: bytes, header: Header) -> Weights:
     """Linear pixels of a whole file, shape (height, width, 3); ValueError if some are missing."""
     height, width, place, _ = header
     if place + 4 * height > len(data):
@@ -62,13 +63,12 @@ def decode(data: bytes, header: Header) -> npt.NDArray[np.float32]:
 
 
 def _is_packed(data: bytes, place: int, width: int) -> bool:
-    """Whether a row begins as one of runs of this width."""
     start = data[place : place + 4]
     return width in _RUNS and start == b"\x02\x02" + width.to_bytes(2, "big")
 
 
 def _unpack(data: bytes, place: int, row: npt.NDArray[np.uint8], width: int) -> int:
-    """Fill in the four channels of a row, one after the other; where the next row is."""
+    """Fill in the four channels of a row, one after the other; returns where the next row is."""
     filled = 0
     while filled < row.size:
         count, packed = data[place] if place < len(data) else 0, False
@@ -83,7 +83,7 @@ def _unpack(data: bytes, place: int, row: npt.NDArray[np.uint8], width: int) -> 
     return place
 
 
-def _linear(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
+def _linear(pixels: npt.NDArray[np.uint8]) -> Weights:
     """Values of three mantissas and an exponent; those without an exponent are 0."""
     exponents = pixels[..., 3:].astype(np.int32)
     scale = np.where(exponents > 0, np.ldexp(np.float32(1.0), exponents - 136), np.float32(0.0))

@@ -9,7 +9,7 @@ from pathlib import Path
 from nacre.io.files import PathLike, digest, identity, read_bytes
 
 TERMS = "-TERMS.txt"
-"""How names of files end that hold the terms of use of all files beside them."""
+"""End of the names of files that hold the terms of use for all files beside them."""
 
 _MAX_TERMS = 1 << 14  # bytes
 
@@ -17,14 +17,10 @@ _MAX_TERMS = 1 << 14  # bytes
 class Source(Mapping[str, str]):
     """Where a file is from: its name, its SHA-256, its terms of use: "file", "sha256" and "terms".
 
-    The file is hashed when the hash is first asked for, since that takes as long as to read it. If
-    it has changed or gone by then there is no such key, for its hash would be that of other data.
-    A folder has none either. Terms are those that `nacre download` left in the folder, if any.
-
-    Parameters
-    ----------
-    path
-        File or folder, which is about to be read.
+    The file is hashed when the hash is first asked for, since that takes as long as reading it. If
+    it has changed or gone by then there is no such key, for its hash would be that of other data. A
+    folder has none either. Terms are those that `nacre download` left in the folder, if any. Make
+    one before the file is read.
     """
 
     def __init__(self, path: PathLike) -> None:
@@ -65,7 +61,7 @@ class Source(Mapping[str, str]):
         return self._sha256 is not None
 
     def _terms(self) -> str:
-        """Terms of use that lie beside the file, on one line; empty where there are none."""
+        """Terms of use that lie beside the file, on one line; empty if there are none."""
         for path in sorted(self._path.parent.glob(f"*{TERMS}")):
             with suppress(ValueError):
                 text = read_bytes(path, _MAX_TERMS).decode("utf-8", "replace")

@@ -22,11 +22,9 @@ Tensors = dict[str, npt.NDArray[Any]]
 PRECISIONS: dict[str, np.dtype[Any]] = {
     "single": np.dtype(np.float32),
     "half": np.dtype(np.float16),
-}
-"""Of numbers in files."""
+}  # of numbers in files
 
-HALF_LARGEST = 65504.0
-"""What a half float holds."""
+HALF_LARGEST = 65504.0  # what a half float holds
 _LARGEST = 1e6
 _HEADER_LIMIT = 1 << 24
 _START = re.compile(rb'\{"__metadata__":\{"(nacre[ a-z]*)":')
@@ -35,9 +33,9 @@ _START = re.compile(rb'\{"__metadata__":\{"(nacre[ a-z]*)":')
 def to_bytes(key: str, header: dict[str, Any], tensors: Tensors, limit: int) -> bytes:
     """The content of a file; the same tensors and header give the same bytes.
 
-    The header has a name in the file's metadata. It has one only, for the library writes several in
-    no particular order. A :class:`FormatError` says that the header is not JSON, or that there are
-    more bytes than `limit`, which are read back.
+    The header has a name in the file's metadata, which holds nothing else, for the library writes
+    several entries in no particular order. Raises :class:`FormatError` if the header is not JSON,
+    or there are more bytes than `limit`, which are read back.
     """
     try:
         check_json(header)
@@ -52,8 +50,8 @@ def to_bytes(key: str, header: dict[str, Any], tensors: Tensors, limit: int) -> 
 def from_file(path: PathLike, key: str, limit: int, what: str) -> tuple[Any, Tensors]:
     """Header and tensors of a file, neither of them checked; see :func:`to_bytes`.
 
-    A :class:`FormatError` says that it is no safetensors file of at most `limit` bytes, or has no
-    such header, and is not `what` it is expected to be: "a nacre material".
+    Raises :class:`FormatError` if it is no safetensors file of at most `limit` bytes, or has no
+    such header, and so is not `what` it should be: "a nacre material".
     """
     data = read_bytes(path, limit)
     try:
@@ -68,7 +66,7 @@ def from_file(path: PathLike, key: str, limit: int, what: str) -> tuple[Any, Ten
 
 
 def check_header(header: dict[str, Any], version: int) -> None:
-    """Refuse a header that is of another version, has no metadata or could not be written again.
+    """Refuse a header with another version, without metadata or that could not be written again.
 
     A KeyError or ValueError says what is wrong; see :func:`format_errors`.
     """
@@ -90,25 +88,19 @@ def check_unit_vectors(tensors: Tensors) -> None:
 
 
 def check_numbers(tensors: Tensors, largest: float) -> None:
-    """Refuse numbers that are not finite, or whose products could overflow.
-
-    Raises
-    ------
-    ValueError
-        With the name of the tensor.
-    """
+    """Raise ValueError, naming the tensor, for numbers that are not finite or too large."""
     for name, array in tensors.items():
-        with np.errstate(over="ignore"):  # of a bound that half precision does not hold
+        with np.errstate(over="ignore"):  # half precision may not hold the bound
             fine = (np.abs(array) < largest).all()
         if not fine:
             raise ValueError(f"{name} holds numbers that are not finite or too large")
 
 
 def in_precision(tensors: Tensors, precision: str | None, largest: float = _LARGEST) -> Tensors:
-    """Numbers of single precision as they are written.
+    """Single-precision numbers as they are written.
 
-    `precision` is one of :data:`PRECISIONS`; the half one where None, if it changes no number. A
-    :class:`FormatError` says that a number is not finite or too large.
+    `precision` is one of :data:`PRECISIONS`; half where None, if it changes no number. Raises
+    :class:`FormatError` if a number is not finite or too large.
     """
     if precision is None:
         with np.errstate(over="ignore"):
@@ -122,7 +114,7 @@ def in_precision(tensors: Tensors, precision: str | None, largest: float = _LARG
 
 
 def in_single(tensors: Tensors, largest: float = _LARGEST) -> Tensors:
-    """What :func:`in_precision` gave, in single precision; a ValueError where it is no such."""
+    """What :func:`in_precision` returned, in single precision; ValueError if it is not that."""
     kinds = {array.dtype for array in tensors.values()}
     if len(kinds) != 1 or not kinds <= set(PRECISIONS.values()):
         raise ValueError("weights are not float32 or float16 numbers, all alike")
@@ -133,9 +125,8 @@ def in_single(tensors: Tensors, largest: float = _LARGEST) -> Tensors:
 
 @contextmanager
 def format_errors(path: PathLike) -> Iterator[None]:
-    """A block that makes sense of the header and tensors of a file, whose path errors then name.
-
-    They are a :class:`FormatError`, whatever goes wrong as it does where a field is missing or bad.
+    """A block that makes sense of a file's header and tensors; whatever goes wrong where a field is
+    missing or bad becomes a :class:`FormatError` that names the path.
     """
     try:
         yield
@@ -143,14 +134,14 @@ def format_errors(path: PathLike) -> Iterator[None]:
         raise
     except KeyError as error:
         raise FormatError(f"{path}: field {reason(error)} is missing") from error
-    except (TypeError, AttributeError) as error:  # Python's words for it are none of the user's
+    except (TypeError, AttributeError) as error:  # Python's own words would not help a user
         raise FormatError(f"{path}: a field of its header has the wrong type") from error
     except (ValueError, OverflowError, RecursionError) as error:
         raise FormatError(f"{path}: {reason(error)}") from error
 
 
 def header_key(head: bytes) -> str | None:
-    """Name of the header of a file of ours by its first bytes; None of any other file.
+    """Name of the header of one of our files by its first bytes; None for any other file.
 
     Ours have one name in their metadata, which the library writes first.
     """

@@ -10,17 +10,15 @@ from collections.abc import Iterable, Iterator, Sequence
 from nacre.errors import FormatError
 from nacre.io.files import PathLike, read_bytes, write_encoded
 
-LINE_LIMIT = 1 << 16
-"""Most characters in a line."""
+LINE_LIMIT = 1 << 16  # most characters in a line
 
 
 def read_lines(path: PathLike, size_limit: int) -> Iterator[tuple[int, str]]:
     """Numbers of lines, from 1, and lines of a file that is UTF-8 throughout.
 
-    Lines come one at a time: a list of them could take many times the memory of the file. A mark of
-    the byte order at its start is left out. A :class:`FormatError` says that the file has more
-    bytes than `size_limit`, is not UTF-8, or, once it comes to that, a line is longer than
-    :data:`LINE_LIMIT`.
+    Lines come one at a time: a list of them could take many times the memory of the file. A byte
+    order mark at its start is left out. Raises :class:`FormatError` if the file has more bytes than
+    `size_limit`, is not UTF-8, or, once it is reached, for a line longer than :data:`LINE_LIMIT`.
     """
     data = read_bytes(path, size_limit)
     if data.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in data:
@@ -47,8 +45,8 @@ def _lines(path: PathLike, data: bytes) -> Iterator[tuple[int, str]]:
 def parse_number(cell: str) -> float:
     """The number in a cell.
 
-    A ValueError says that it is none, has digits of another script or grouped as Python does, or
-    is not finite.
+    Raises ValueError if it is none, has digits of another script or grouped as in Python, or is not
+    finite.
     """
     if "_" in cell or not cell.isascii() or not math.isfinite(value := float(cell)):
         raise ValueError(cell)

@@ -8,20 +8,15 @@ from xml.parsers import expat
 from nacre.errors import FormatError
 from nacre.io.files import PathLike, read_bytes
 
-DEPTH_LIMIT = 64
-"""Most elements within each other."""
+DEPTH_LIMIT = 64  # most elements within each other
 
 
 def read_xml(path: PathLike, size_limit: int) -> Element:
     """The root of a file of at most `size_limit` bytes.
 
-    Names with a prefix keep it. The tree takes up to some 50 times the memory of the file.
-
-    Raises
-    ------
-    FormatError
-        If it cannot be read, is not whole XML, declares a document type, which is how entities
-        that expand to gigabytes or to other files come in, or is too deep.
+    Names with a prefix keep it. The tree takes up to some 50 times the memory of the file. Raises
+    FormatError if the file cannot be read, is not whole XML, is too deep, or declares a document
+    type, which is how entities that expand to gigabytes or to other files come in.
     """
     data = read_bytes(path, size_limit)
     builder, depth = TreeBuilder(), 0

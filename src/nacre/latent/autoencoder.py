@@ -12,24 +12,19 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Doubles, Weights
 from nacre.brdf import Brdf
 from nacre.io.tensors import Tensors
-from nacre.latent.basis import Vector, integer
+from nacre.latent.basis import integer
 from nacre.latent.directions import isotropic_values
 from nacre.latent.distillation import EPOCHS, Distillation
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import check_tensors
 from nacre.latent.picture_errors import PictureErrors
-from nacre.latent.predicting import (
-    PredictingBasis,
-    no_examples,
-    pack_predictors,
-    unpack_predictors,
-)
+from nacre.latent.predicting import PredictingBasis, no_examples, pack_predictors, unpack_predictors
 from nacre.latent.recipes import AutoencoderRecipe
 from nacre.latent.weights import COUNT, WeightBasis, named_layers, named_tensors
 from nacre.numerics.mlp import SILU_BY_TANH, Layer, forward
-from nacre.numerics.pca import Double
 
 _FIRST_EPOCHS = 40  # of fits, for files that do not say
 
@@ -39,29 +34,11 @@ class Autoencoder(WeightBasis, PredictingBasis):
     """Two layers from the 675 weights of a network to a code, and two back.
 
     x / (1 + e^-x) follows the first and the third. Over the networks it was trained on, each with
-    its permutations of the channels, every value of a code has mean 0 and variance 1.
+    its permutations of the channels, every value of a code has mean 0 and variance 1. Lobe
+    predictors are for codes that the encoder gives, as in section 3.3 of the paper.
 
-    Parameters
-    ----------
-    common
-        Weights of the network that all others are fitted from, shape (675,), float32.
-    contract, code, expand, network
-        The layers.
-    seed, epochs
-        Of the fits; see :class:`nacre.latent.distillation.Distillation`.
-    metadata
-        JSON-able facts about the training.
-    examples
-        What the encoder gives for the training materials, with their channels in all orders, shape
-        (m, 6, k), float32; None where that is not kept.
-    predictors
-        Of lobes for importance sampling, by name; may be empty. They are for codes that the encoder
-        gives, as in section 3.3.
-
-    Raises
-    ------
-    ValueError
-        If layers do not fit to one another, or examples or a predictor are for other codes.
+    Raises ValueError if layers do not fit one another, or examples or a predictor are for other
+    codes.
     """
 
     kind: ClassVar[str] = "autoencoder"
@@ -70,16 +47,20 @@ class Autoencoder(WeightBasis, PredictingBasis):
     projects: ClassVar[bool] = True
     LAYERS: ClassVar[tuple[str, ...]] = "contract", "code", "expand", "network"
 
-    common: npt.NDArray[np.float32]
+    common: Weights
+    """Weights of the network that all others are fitted from, shape (675,), float32."""
     contract: Layer
     code: Layer
     expand: Layer
     network: Layer
-    seed: int
+    seed: int  # of the fits; see Distillation
     metadata: dict[str, Any] = field(default_factory=dict)
-    examples: npt.NDArray[np.float32] | None = None
+    examples: Weights | None = None
+    """The encoder's codes of the training materials, with their channels in all orders, shape (m,
+    6, k), float32; None where they are not kept.
+    """
     predictors: Mapping[str, LobePredictor] = field(default_factory=dict)
-    epochs: int = EPOCHS
+    epochs: int = EPOCHS  # of a fit
 
     def __post_init__(self) -> None:
         width, values = len(self.contract.biases), self.code_dim
@@ -107,28 +88,27 @@ class Autoencoder(WeightBasis, PredictingBasis):
         shared = self.common.nbytes + super().nbytes
         return shared + self.orders().nbytes + self.predictor_bytes()
 
-    def orders(self) -> npt.NDArray[np.float32]:
+    def orders(self) -> Weights:
         return no_examples(self.code_dim) if self.examples is None else self.examples
 
-    def weights(self, codes: npt.ArrayLike) -> Double:
+    def weights(self, codes: npt.ArrayLike) -> Doubles:
         values = np.asarray(codes, np.float64)
         return np.asarray(forward(values, [self.expand, self.network], SILU_BY_TANH))
 
-    def codes(self, weights: npt.ArrayLike) -> Double:
+    def codes(self, weights: npt.ArrayLike) -> Doubles:
         """Codes of networks fitted from the common one, shape (n, k), for (n, 675)."""
         values = np.asarray(weights, np.float64)
         return np.asarray(forward(values, [self.contract, self.code], SILU_BY_TANH))
 
-    def _projected(self, brdf: Brdf) -> Vector:
-        """The code that the encoder gives a reflectance.
-
-        A network is fitted to it from the common one, which takes a fraction of a second.
+    def _projected(self, brdf: Brdf) -> Doubles:
+        """The code that the encoder gives a reflectance, after a network is fitted to it from the
+        common one: a fraction of a second.
         """
         distillation = Distillation(self.seed, self.epochs)
         f_r = isotropic_values(brdf, distillation.wi, distillation.wo)
         return np.asarray(self.codes(distillation.weights(self.common, f_r)[None])[0])
 
-    def _start(self, brdf: Brdf, errors: PictureErrors) -> Vector:
+    def _start(self, brdf: Brdf, errors: PictureErrors) -> Doubles:
         return self._projected(brdf)
 
     def pack(self) -> tuple[dict[str, Any], Tensors]:

@@ -1,10 +1,13 @@
 """Training of the autoencoder of the NBRDF paper, in PyTorch.
 
-The loss compares pictures: spheres under directional lights of the networks that come out and of
+The loss compares pictures: spheres under directional lights, of the networks that come out and of
 those that go in, after a gamma curve. Networks are those of the materials, all fitted from one, and
-of mixtures of them, without which the encoder knows the few materials by heart; all of them with
+those of mixtures, without which the encoder knows the few materials by heart; all of them with
 permuted channels, and mixed once more as networks. The encoder sees changes of weights by how far
 they move f_r, not by their size.
+
+At the end, a shallow network predicts parameters of a Blinn-Phong or GGX lobe from a code (NBRDF
+paper, section 3.3 and Figure 4).
 """
 
 from __future__ import annotations
@@ -18,20 +21,29 @@ from typing import Any
 
 import numpy as np
 
-from nacre.brdf import Brdf
+from nacre.analytic import labels
+from nacre.array import Doubles, Weights
+from nacre.brdf import Brdf, Sampler
 from nacre.color import GAMMA
 from nacre.errors import NacreError
 from nacre.latent.autoencoder import Autoencoder
 from nacre.latent.descent import Tensor, descend, free_layer, torch
-from nacre.latent.directions import Floats, isotropic_inputs, sampled
+from nacre.latent.directions import isotropic_inputs, sampled
 from nacre.latent.distillation import Distillation
-from nacre.latent.predicted_weights import predicting
-from nacre.latent.recipes import AutoencoderRecipe
-from nacre.latent.weights import COUNT, SHAPES, permuted, sensitivity, tensor_reflectance
+from nacre.latent.predictor_training import with_labels, with_predictors
+from nacre.latent.recipes import AutoencoderRecipe, PredictorRecipe
+from nacre.latent.weights import (
+    COUNT,
+    SHAPES,
+    network_layers,
+    permuted,
+    sensitivity,
+    tensor_reflectance,
+)
 from nacre.neural.inputs import PAPER
-from nacre.neural.nbrdf import OUTPUTS
+from nacre.neural.nbrdf import OUTPUTS, NeuralBrdf
 from nacre.numerics.mlp import SILU, Layer, forward
-from nacre.numerics.pca import Double
+from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress
 
 _DARKEST = 1e-12  # value below which pictures are clamped
@@ -67,17 +79,52 @@ def train_autoencoder(
     orders = [
         permuted(networks[: len(values)], order) for order in itertools.permutations(range(OUTPUTS))
     ]
-    return predicting(autoencoder, np.stack(orders, axis=1), recipe, report)
+    return _predicting(autoencoder, np.stack(orders, axis=1), recipe, report)
+
+
+def _predicting(
+    autoencoder: Autoencoder, orders: Weights, recipe: AutoencoderRecipe, report: Progress
+) -> Autoencoder:
+    """An autoencoder that knows codes of its training materials and, unless the recipe says
+    otherwise, predicts lobes from codes, by variance and by labels
+    (:mod:`nacre.latent.predictor_training`).
+
+    `orders` are networks of the training materials with their channels in all orders, the
+    material's own first, shape (m, 6, 675). Labels are fitted to the first.
+    """
+    codes = autoencoder.codes(orders.reshape(-1, COUNT)).reshape(*orders.shape[:2], -1)
+    known = autoencoder.replaced(examples=codes.astype(np.float32))
+    if not recipe.predictors:
+        return known
+    settings = PredictorRecipe(steps=min(recipe.steps, PredictorRecipe.steps), seed=recipe.seed)
+    found = with_predictors(known, settings, report)
+    return with_labels(found, _labels(orders[:, 0], recipe.seed, report), settings, report)
+
+
+def _labels(networks: Weights, seed: int, report: Progress) -> dict[str, list[Sampler]]:
+    """Lobes of models fitted to networks (m, 675), by family."""
+    found: dict[str, list[Sampler]] = {family: [] for family in labels.MODELS}
+    total = len(found) * len(networks)
+
+    def fitted(pair: tuple[str, Weights]) -> Sampler:
+        family, weights = pair
+        return labels.fitted_lobes(NeuralBrdf(network_layers(weights)), family, seed)
+
+    pairs = [(family, weights) for family in found for weights in networks]
+    for done, ((family, _), lobes) in enumerate(
+        zip(pairs, thread_map(fitted, pairs), strict=True), 1
+    ):
+        found[family].append(lobes)
+        report("models", done, total, family)
+    return found
 
 
 class _Training:
-    """The layers and the state of the optimizer."""
-
     def __init__(
         self,
-        weights: Floats,
-        metric: Double,
-        pixels: tuple[Floats, Floats],
+        weights: Weights,
+        metric: Doubles,
+        pixels: tuple[Weights, Weights],
         recipe: AutoencoderRecipe,
     ) -> None:
         self._recipe = recipe
@@ -106,15 +153,15 @@ class _Training:
             parameter.register_hook(_bounded)
 
     def run(self, checkpoint: Path | None, report: Progress) -> float:
-        """All steps that are left; gives the last loss."""
+        """Take all steps that are left; returns the last loss."""
         sums = self._networks.double().sum().item(), self._inputs.double().sum().item()
         same = f"{tuple(self._networks.shape)} {sums}"
         groups = {1.0: self._parameters}
         return descend(groups, self._loss, self._recipe, same, checkpoint, report)
 
     def _loss(self, step: int) -> Tensor:
-        """Of networks anywhere between two: all keep the common one's neurons, so these are, too,
-        networks of materials, and there is no end of them.
+        """The loss on networks anywhere between two: all keep the common one's neurons, so these
+        too are networks of materials, and there is no end of them.
         """
         recipe, random = self._recipe, np.random.default_rng((self._recipe.seed, 4, step))
         chosen = random.permutation(len(self._networks))[: recipe.networks]
@@ -142,7 +189,7 @@ class _Training:
         values = forward(codes, self._layers[2:], SILU)
         return values * torch.from_numpy(self._scale) + torch.from_numpy(self._center)
 
-    def autoencoder(self, common: Floats, metadata: dict[str, Any]) -> Autoencoder:
+    def autoencoder(self, common: Weights, metadata: dict[str, Any]) -> Autoencoder:
         """The autoencoder, for plain weights and codes of mean 0 and variance 1."""
         with torch.no_grad():
             codes = self._codes(self._seen.reshape(-1, COUNT)).double().numpy()
@@ -165,10 +212,9 @@ class _Training:
         )
 
 
-def lit_pixels() -> tuple[Floats, Floats]:
-    """Directions to the light and to the viewer at the pixels of the pictures, shapes (n, 3).
-
-    They show spheres, each lit by one light from the upper left.
+def lit_pixels() -> tuple[Weights, Weights]:
+    """Directions to the light and to the viewer at the pixels of spheres, shapes (n, 3), each lit
+    by one light from the upper left.
     """
     axis = (np.arange(_EDGE) + 0.5) * 2.0 / _EDGE - 1.0
     x, y = (part.ravel() for part in np.meshgrid(axis, -axis))
@@ -187,14 +233,14 @@ def lit_pixels() -> tuple[Floats, Floats]:
     return wi[lit], wo[lit]
 
 
-def _root(metric: Double) -> Floats:
+def _root(metric: Doubles) -> Weights:
     """R, shape (675, 675), float32, with R R^T = M: the squared length of d R is d M d."""
     values, vectors = np.linalg.eigh(metric)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)), np.float32)
 
 
-def _deviations(deviations: Floats) -> Floats:
-    """For every weight the root mean square deviation of those of its kind and layer."""
+def _deviations(deviations: Weights) -> Weights:
+    """Root mean square deviations of the weights of the same kind and layer, for every weight."""
     parts, start = [], 0
     for rows, columns in SHAPES:
         for size in (rows * columns, columns):
@@ -205,5 +251,4 @@ def _deviations(deviations: Floats) -> Floats:
 
 
 def _bounded(gradient: Tensor) -> Tensor:
-    """A gradient of norm _MAX_NORM at most."""
     return gradient * (_MAX_NORM / gradient.norm().clamp(min=_MAX_NORM))

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Weights
+from nacre.array import Doubles, Weights
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.io.tensors import Tensors
@@ -31,32 +31,31 @@ if TYPE_CHECKING:
 
 LARGEST = 1e6  # bound of values of codes and of numbers of bases: products of them stay finite
 
-Vector = npt.NDArray[np.float64]
-
 
 class LatentBasis(Described):
     """A space of isotropic reflectances: it finds the code of one, and decodes any code.
 
-    A subclass has a :attr:`kind` and a :attr:`Recipe`, gives :meth:`decode`, :meth:`pack`,
-    :meth:`unpack`, :meth:`train` or a :attr:`trainer`, and :meth:`encode` or its steps. Its
-    entry in :data:`nacre.latent.BASES`, or an entry point `nacre.bases`, makes it known to the
-    commands and to :func:`nacre.latent.load_basis`.
+    A subclass has a :attr:`kind` and a :attr:`Recipe`, and gives :meth:`decode`, :meth:`pack`,
+    :meth:`unpack`, :meth:`train` or a :attr:`trainer`, and :meth:`encode` or its steps. Its entry
+    in :data:`nacre.latent.BASES`, or an entry point `nacre.bases`, makes it known to the commands
+    and to :func:`nacre.latent.load_basis`.
     """
 
     kind: ClassVar[str]
-    """Its name in the registry, which files have too."""
+    """Its name in the registry and in files."""
     Recipe: ClassVar[type]
     """Settings of the training: a dataclass, one of whose fields is `code_dim`."""
     trainer: ClassVar[str]
-    """What :meth:`train` runs, as "module:function" since most of it takes PyTorch: a function of
-    materials, recipe, checkpoint and progress, and of the base by name where the basis has one."""
+    """What :meth:`train` runs, as "module:function" since most trainers need PyTorch: a function
+    that takes materials, recipe, checkpoint and progress, and `base` where the basis builds on one.
+    """
     builds_on: ClassVar[str | None] = None
     """Kind of the basis that :meth:`train` takes as its `base`; None where it needs none."""
 
     takes_samples: ClassVar[bool] = False
-    """Whether a code is found from scattered samples, however few."""
+    """Whether a code can be found from scattered samples, however few."""
     projects: ClassVar[bool] = False
-    """Whether there is a code that is not refined for pictures: a projection, an encoder's."""
+    """Whether there is a code that is not refined for pictures, from a projection or an encoder."""
     linear_in_log: ClassVar[bool] = False
     """Whether ln f_r is linear in the code."""
     decodes_networks: ClassVar[bool] = False
@@ -79,19 +78,10 @@ class LatentBasis(Described):
 
     @abc.abstractmethod
     def decode(self, code: npt.ArrayLike, name: str = "") -> CodedBrdf:
-        """The reflectance that a code stands for.
+        """The reflectance that a code of shape (code_dim,) stands for; f_r is finite whatever the
+        values.
 
-        Parameters
-        ----------
-        code
-            Shape (code_dim,). Whatever the values, f_r stays finite.
-        name
-            Name of the material.
-
-        Raises
-        ------
-        ValueError
-            If the code has another length, or a value is a million or more.
+        Raises ValueError if the code has another length, or a value is a million or more.
         """
 
     @abc.abstractmethod
@@ -103,10 +93,8 @@ class LatentBasis(Described):
     def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> Self:
         """The inverse of :meth:`pack`; the header also has "metadata".
 
-        Raises
-        ------
-        KeyError, TypeError, ValueError
-            If something is missing or does not fit; the caller names the file.
+        Raises KeyError, TypeError or ValueError if something is missing or does not fit; the caller
+        names the file.
         """
 
     @classmethod
@@ -119,31 +107,25 @@ class LatentBasis(Described):
         checkpoint: Path | None = None,
         progress: Progress | None = None,
     ) -> Self:
-        """A basis of materials.
+        """A basis trained on materials.
+
+        Raises FormatError if a material is anisotropic, and NacreError if there are fewer than two
+        materials, one is known at none of the directions, training diverges, or the checkpoint is
+        from another training or damaged.
 
         Parameters
         ----------
         materials
-            Functions that give the materials, isotropic; called once each, so that files need not
-            be in memory together.
+            Functions that return the materials, isotropic; each is called once, so that files need
+            not be in memory together.
         recipe
             Settings, of the type :attr:`Recipe`; the recommended ones where None.
         base
             A basis of the kind :attr:`builds_on`; trained as well where None.
         checkpoint
-            File of a :class:`nacre.runtime.store.Store` for the state of the training, from which a
-            later call goes on. It stays, for the caller to remove once the basis is saved. Not used
+            File that keeps the state of the training (:class:`nacre.runtime.store.Store`), from
+            which a later call continues. The caller removes it once the basis is saved. Not used
             where training takes seconds.
-        progress
-            Called as it goes on.
-
-        Raises
-        ------
-        FormatError
-            If a material is anisotropic.
-        NacreError
-            If there are fewer than two materials, one is known at none of the directions, training
-            diverges, or the checkpoint is of another training or damaged.
         """
         given = {} if cls.builds_on is None else {"base": base}
         run: Callable[..., Self] = resolve_name(cls.trainer)
@@ -153,10 +135,7 @@ class LatentBasis(Described):
     def recipe(cls, options: Mapping[str, Any]) -> Any:
         """Settings of the training, from options by the names of the :attr:`Recipe`'s fields.
 
-        Raises
-        ------
-        NacreError
-            If an option is not for this kind, or a value is out of range.
+        Raises NacreError if an option is not for this kind, or a value is out of range.
         """
         known = [field.name for field in fields(cls.Recipe)]
         for name in options:
@@ -170,8 +149,13 @@ class LatentBasis(Described):
 
     def encode(
         self, source: Brdf | DirectionSamples, *, refine: bool = True, seed: int = 0
-    ) -> Vector:
-        """The code of an isotropic material that comes closest in pictures.
+    ) -> Doubles:
+        """The code of an isotropic material that comes closest in pictures, shape (code_dim,), in
+        standard deviations of the training materials.
+
+        Raises FormatError if the reflectance is anisotropic; ValueError if there is no sample;
+        NacreError if it is known at none of the directions, too unlike the training materials, or
+        the basis takes no samples or has no unrefined code.
 
         Parameters
         ----------
@@ -181,22 +165,7 @@ class LatentBasis(Described):
         refine
             False for the code that is not refined for pictures, where the basis :attr:`projects`.
         seed
-            Of the directions of comparison: the same seed gives the same code.
-
-        Returns
-        -------
-        array of shape (code_dim,)
-            In standard deviations of the training materials.
-
-        Raises
-        ------
-        FormatError
-            If the reflectance is anisotropic.
-        NacreError
-            If it is known at none of the directions, too unlike the training materials, or the
-            basis does not take samples or has no unrefined code.
-        ValueError
-            If there is no sample.
+            Chooses the directions of comparison: the same seed gives the same code.
         """
         if not refine and not self.projects:
             raise NacreError(f"the basis {self.kind!r} has no projection and no encoder")
@@ -211,49 +180,32 @@ class LatentBasis(Described):
     def posterior(self, samples: DirectionSamples, *, free_scale: bool = False) -> Posterior:
         """The codes that samples of an isotropic material, however few, leave possible.
 
-        Parameters
-        ----------
-        samples
-            One or more.
-        free_scale
-            Whether all samples may be wrong by one factor, which is found too.
-
-        Raises
-        ------
-        NacreError
-            If the basis does not take samples.
-        ValueError
-            If there is no sample.
+        With `free_scale`, all samples may be wrong by one factor, which is found too. Raises
+        NacreError if the basis takes no samples, ValueError if there is no sample.
         """
         if not self.takes_samples:
             raise NacreError(f"the basis {self.kind!r} finds no code from samples alone")
         return self._posterior(samples, free_scale)
 
-    def _refined(self, brdf: Brdf, seed: int) -> Vector:
-        """The code that comes closest in pictures."""
+    def _refined(self, brdf: Brdf, seed: int) -> Doubles:
         raise NotImplementedError
 
-    def _projected(self, brdf: Brdf) -> Vector:
-        """The code that is not refined."""
+    def _projected(self, brdf: Brdf) -> Doubles:
         raise NotImplementedError
 
     def _posterior(self, samples: DirectionSamples, free_scale: bool) -> Posterior:
-        """The codes that samples leave possible, where the basis takes samples."""
         raise NotImplementedError
 
     @property
     def prior(self) -> Prior:
         """How plausible codes are: like those of the training materials.
 
-        Raises
-        ------
-        NacreError
-            If the basis keeps no codes of what it was trained on.
+        Raises NacreError if the basis keeps no codes of its training materials.
         """
         raise NacreError(f"the basis {self.kind!r} does not know what materials are like")
 
     def fingerprint(self, *, predictors: bool = False) -> str:
-        """SHA-256 of what a code means here; of what is predicted from it too, if asked for."""
+        """SHA-256 of what a code means here, and of what is predicted from it too if asked for."""
         own, tensors = (self if predictors else self._without_predictors()).pack()
         digest = hashlib.sha256(json.dumps(own).encode())
         for name in sorted(tensors):
@@ -261,7 +213,6 @@ class LatentBasis(Described):
         return digest.hexdigest()
 
     def summary(self) -> str:
-        """Number of values in a code, and size, in a few words."""
         return f"{self.code_dim} values, {readable_size(self.nbytes)}"
 
     def __repr__(self) -> str:
@@ -291,10 +242,7 @@ class LatentBasis(Described):
     def checked(self, code: npt.ArrayLike) -> Weights:
         """A code of this basis, as float32.
 
-        Raises
-        ------
-        ValueError
-            If it has another length, or a value is a million or more.
+        Raises ValueError if it has another length, or a value is a million or more.
         """
         values = np.asarray(code, np.float64)
         if values.shape != (self.code_dim,) or not (np.abs(values) < LARGEST).all():
@@ -305,7 +253,7 @@ class LatentBasis(Described):
 
 
 def integer(header: Mapping[str, Any], name: str) -> int:
-    """A whole number of a header; KeyError or ValueError if it is missing or something else."""
+    """A whole number in a file's header; KeyError or ValueError if it is missing or not one."""
     value = header[name]
     if type(value) is not int:
         raise ValueError(f"{name} is not a whole number")
@@ -313,7 +261,7 @@ def integer(header: Mapping[str, Any], name: str) -> int:
 
 
 def integers(header: Mapping[str, Any], name: str) -> list[int]:
-    """Whole numbers of a file's header; see :func:`integer`."""
+    """Whole numbers in a file's header; see :func:`integer`."""
     values = header[name]
     if not isinstance(values, list) or any(type(value) is not int for value in values):
         raise ValueError(f"{name} is not a list of whole numbers")
@@ -323,14 +271,12 @@ def integers(header: Mapping[str, Any], name: str) -> list[int]:
 class CodedBrdf(Brdf):
     """A reflectance that a code stands for.
 
-    Subclasses take the basis, a code of shape (k,), kept as float32, and the name of the material;
-    they raise ValueError if the code has another length, or a value is a million or more.
+    Subclasses take the basis, a code of shape (k,), which is kept as float32, and the name of the
+    material; they raise ValueError if the code has another length, or a value is a million or more.
     """
 
     basis: LatentBasis
-    """What the code belongs to."""
-    code: Weights
-    """Shape (code_dim,), float32."""
+    code: Weights  # shape (code_dim,)
 
     def describe(self) -> dict[str, Any]:
         return super().describe() | {

@@ -1,4 +1,4 @@
-"""Steps of Adam that can be stopped and go on: what all trainings in PyTorch have in common."""
+"""Steps of Adam that can be stopped and continued: what all trainings in PyTorch have in common."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ def descend(
     report: Progress,
     stage: str = "training",
 ) -> float:
-    """Take all steps that are left; gives the last loss.
+    """Take all steps that are left; returns the last loss.
 
-    The learning rate of a group of parameters is its key times that of the schedule. `loss` gives
-    the loss of a step and must depend on the parameters and the number of the step only, so that
-    training goes on as if it never stopped. The state is kept in the file `checkpoint`, for
-    trainings of the same recipe and of what else must be the `same`; `stage` is what progress says.
-    Raises NacreError if training diverges, or the checkpoint is of another training or damaged.
+    The learning rate of a group of parameters is its key times that of the schedule. `loss` returns
+    the loss of a step and must depend only on the parameters and the number of the step, so that
+    training goes on as if it had never stopped. The state is kept in the file `checkpoint`, for
+    trainings with the same recipe and the same text `same`. Raises NacreError if training diverges,
+    or the checkpoint is from another training or damaged.
     """
     last = math.inf
     options = [{"params": group, "factor": factor} for factor, group in groups.items()]
@@ -77,17 +77,14 @@ def descend(
 
 
 def free(values: npt.ArrayLike) -> Tensor:
-    """Parameters of float32 that begin at some values."""
     return torch.from_numpy(np.array(values, np.float32)).requires_grad_()
 
 
 def free_layer(
     random: np.random.Generator, rows: int, columns: int, deviation: float
 ) -> tuple[Tensor, Tensor]:
-    """A layer that begins with normal weights and zero biases."""
     return free(random.normal(0.0, deviation, (rows, columns))), free(np.zeros(columns))
 
 
 def finished(layer: Sequence[Tensor]) -> Layer:
-    """A layer as it is now."""
     return Layer(*(part.detach().numpy() for part in layer))

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Weights
 from nacre.brdf import Brdf
 from nacre.errors import FormatError, NacreError
 from nacre.geometry import cosine_hemisphere, join, split, uniform_hemisphere, uniform_rusinkiewicz
@@ -14,13 +15,11 @@ from nacre.neural.inputs import network_inputs
 from nacre.runtime.progress import Progress
 from nacre.sampling import BlinnPhongMixture
 
-Floats = npt.NDArray[np.float32]
-
 _EXPONENTS = np.geomspace(1.0, 1e5, 12)
 _HORIZON = 1e-3  # least cosine: closer to the horizon, tables and networks hold anything
 
 
-def shared_directions(count: int, seed: int) -> tuple[Floats, Floats]:
+def shared_directions(count: int, seed: int) -> tuple[Weights, Weights]:
     """Directions to the light and to the viewer, shapes (count, 3), for any isotropic material.
 
     Half are uniform in the Rusinkiewicz angles. The others are as a picture of a sphere shows them:
@@ -44,7 +43,7 @@ def shared_directions(count: int, seed: int) -> tuple[Floats, Floats]:
     return found[0, :count], found[1, :count]
 
 
-def isotropic_inputs(wi: npt.ArrayLike, wo: npt.ArrayLike, inputs: str) -> Floats:
+def isotropic_inputs(wi: npt.ArrayLike, wo: npt.ArrayLike, inputs: str) -> Weights:
     """Network inputs of an isotropic material, shape (n, 6), for directions (n, 3).
 
     `inputs` is "paper" or "enhanced"; see :func:`nacre.neural.inputs.network_inputs`.
@@ -53,15 +52,11 @@ def isotropic_inputs(wi: npt.ArrayLike, wo: npt.ArrayLike, inputs: str) -> Float
     return np.stack(np.broadcast_arrays(*values), axis=-1).astype(np.float32)
 
 
-def isotropic_values(brdf: Brdf, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+def isotropic_values(brdf: Brdf, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Weights:
     """f_r of an isotropic reflectance in 1/sr, shape (n, 3), float32; -1 where it is not known.
 
-    Raises
-    ------
-    FormatError
-        If `brdf` is anisotropic.
-    NacreError
-        If it is known at none of the directions.
+    Raises FormatError if `brdf` is anisotropic, NacreError if it is known at none of the
+    directions.
     """
     check_isotropic(brdf)
     known = brdf.valid(wi, wo)
@@ -71,18 +66,11 @@ def isotropic_values(brdf: Brdf, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats
 
 
 def sampled(
-    materials: Sequence[Callable[[], Brdf]], wi: Floats, wo: Floats, report: Progress
-) -> tuple[list[Floats], list[str]]:
-    """What :func:`isotropic_values` gives for each of several materials, and their names.
+    materials: Sequence[Callable[[], Brdf]], wi: Weights, wo: Weights, report: Progress
+) -> tuple[list[Weights], list[str]]:
+    """:func:`isotropic_values` of each of several materials at directions (n, 3), and their names.
 
-    Parameters
-    ----------
-    materials
-        Functions that give the materials; called once each.
-    wi, wo
-        Directions to the light and to the viewer, shapes (n, 3).
-    report
-        Called after each material.
+    `materials` are functions that return them, each called once.
     """
     values, names = [], []
     for index, load in enumerate(materials):
@@ -100,8 +88,7 @@ def check_isotropic(brdf: Brdf) -> None:
         raise FormatError(f"{name}: is anisotropic; codes are for isotropic materials")
 
 
-def _unturned(u: Floats) -> Floats:
-    """Random numbers for half vectors at phi_h = 0."""
+def _unturned(u: Weights) -> Weights:
     turned = u[:4].copy()
     turned[1] = 0.0
     return turned

@@ -1,8 +1,8 @@
-"""Networks of 675 weights that all begin at one network, so that their weights can be compared.
+"""Networks of 675 weights that all start from one network, so that their weights can be compared.
 
-Neurons may change places and trade scale without any change of f_r, and fits that begin anywhere
-end anywhere. A short fit from one common network keeps its neurons what they are; the shorter, the
-less their weights say of anything but the material.
+Neurons may change places and trade scale without any change of f_r, and fits that start anywhere
+end anywhere. A short fit from one common network keeps its neurons what they are; the shorter it
+is, the less its weights depend on anything but the material.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nacre.latent.directions import Floats, isotropic_inputs, shared_directions
+from nacre.array import Weights
+from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.latent.recipes import GAIN
 from nacre.latent.weights import flat_weights, network_layers
 from nacre.neural.inputs import PAPER
@@ -25,7 +26,7 @@ from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress
 
 DIRECTIONS = 1 << 15  # pairs of directions at which materials are seen
-EPOCHS = 10  # of a short fit: ones of 40 are twice as close, and their codes half as good
+EPOCHS = 10  # of a short fit: 40 come twice as close, but their codes are half as good
 _BEGINNING = Recipe(inputs=PAPER, epochs=100)
 _LEARNING_RATE = 1e-3  # of a short fit
 _HELD_OUT = 0.05
@@ -39,8 +40,8 @@ _BRIGHTNESS = 0.15  # standard deviation of what is added to the logarithm of a 
 class Distillation:
     """Fits of networks to materials that are known at the same directions.
 
-    The seed is that of the directions and of the network that the first fit begins at, the epochs
-    are those of a material's fit.
+    The seed chooses the directions and the network that the first fit starts from; `epochs` are
+    those of a material's fit.
     """
 
     def __init__(self, seed: int, epochs: int = EPOCHS) -> None:
@@ -49,11 +50,11 @@ class Distillation:
         self.wi, self.wo = shared_directions(DIRECTIONS, seed)
         self._inputs = isotropic_inputs(self.wi, self.wo, PAPER)
 
-    def common(self, f_r: Sequence[Floats]) -> Floats:
+    def common(self, f_r: Sequence[Weights]) -> Weights:
         """Weights of a network of what is common to materials, shape (675,), the same by channel.
 
-        That is the mean of ln(f_r + 1) over materials and channels, of which `f_r` is in 1/sr,
-        shape (directions, 3) each, and negative where not known.
+        That is the mean of ln(f_r + 1) over materials and channels. Each `f_r` is in 1/sr, shape
+        (directions, 3), and negative where not known.
         """
         logs = np.mean([np.log1p(np.maximum(f, 0.0)).mean(axis=1) for f in f_r], axis=0)
         luma = np.repeat(np.expm1(logs)[:, None], 3, axis=1).astype(np.float32)
@@ -63,18 +64,18 @@ class Distillation:
         alike = Layer(np.repeat(matrix[:, None], 3, axis=1), np.full(3, bias))
         return flat_weights([*hidden, alike])
 
-    def weights(self, common: Floats, f_r: Floats) -> Floats:
-        """Weights of a material's network that begins at the common one, shape (675,)."""
+    def weights(self, common: Weights, f_r: Weights) -> Weights:
+        """Weights of a material's network that starts from the common one, shape (675,)."""
         return flat_weights(self._fit(network_layers(common), f_r, self._short))
 
     def networks(
-        self, common: Floats, f_r: Sequence[Floats], mixtures: int, report: Progress
-    ) -> Floats:
+        self, common: Weights, f_r: Sequence[Weights], mixtures: int, report: Progress
+    ) -> Weights:
         """Weights (n, 675) of networks of two or more materials, then of mixtures of them."""
         total, found = len(f_r) + mixtures, []
         mean = _mean_logarithm(f_r)
 
-        def fitted(index: int) -> Floats:
+        def fitted(index: int) -> Weights:
             known = index < len(f_r)
             return self.weights(
                 common, f_r[index] if known else _mixture(f_r, mean, (self.seed, 5, index))
@@ -85,7 +86,7 @@ class Distillation:
             report("networks", len(found), total, "")
         return np.stack(found)
 
-    def _fit(self, layers: Sequence[Layer], f_r: Floats, recipe: Recipe) -> list[Layer]:
+    def _fit(self, layers: Sequence[Layer], f_r: Weights, recipe: Recipe) -> list[Layer]:
         from nacre.neural.kernel import KernelTrainer
 
         known = f_r[:, 0] >= 0.0
@@ -95,8 +96,8 @@ class Distillation:
         return trainer.layers()
 
 
-def _mean_logarithm(rows: Sequence[Floats]) -> Floats:
-    """Mean of ln f_r over channels and over the materials that are known, shape (directions, 1)."""
+def _mean_logarithm(rows: Sequence[Weights]) -> Weights:
+    """Mean of ln f_r over channels and the materials that are known, shape (directions, 1)."""
     total = np.zeros((len(rows[0]), 1), np.float32)
     count = np.zeros_like(total)
     for row in rows:
@@ -106,11 +107,11 @@ def _mean_logarithm(rows: Sequence[Floats]) -> Floats:
     return np.asarray(total / np.maximum(count, 1.0), np.float32)
 
 
-def _mixture(rows: Sequence[Floats], mean: Floats, seed: tuple[int, ...]) -> Floats:
+def _mixture(rows: Sequence[Weights], mean: Weights, seed: tuple[int, ...]) -> Weights:
     """f_r of a mixture of one to four materials in the logarithm, each with its channels permuted.
 
-    Weights add up to 1, and some may be negative: new materials are not between known ones. That
-    of a single material is any near 1, about the mean of all.
+    Weights add up to 1, and some may be negative: new materials are not between known ones. A
+    single material's weight is near 1, about the mean of all.
     """
     random = np.random.default_rng(seed)
     count = min(int(random.integers(1, _PARTS + 1)), len(rows))
@@ -130,5 +131,5 @@ def _mixture(rows: Sequence[Floats], mean: Floats, seed: tuple[int, ...]) -> Flo
     return np.where(known, f_r, -1.0).astype(np.float32)
 
 
-def _logarithm(f_r: Floats) -> Floats:
+def _logarithm(f_r: Weights) -> Weights:
     return np.log(np.maximum(f_r, _MIN))

@@ -27,18 +27,12 @@ Float: TypeAlias = Any
 class CodeSpace:
     """The codes of a neural basis for Dr.Jit.
 
-    A code is an array of the k values, or a sequence of k arrays, of one value a lane each.
+    A code is an array of the k values, or a sequence of k arrays with one value per lane. The basis
+    is fixed, and data of kernels: an optimization changes the code, and no kernel is compiled
+    again.
 
-    Parameters
-    ----------
-    basis
-        A neural basis. It is fixed, and data of kernels: what an optimization changes is the code,
-        and no kernel is compiled again for another one.
-
-    Raises
-    ------
-    NacreError
-        If the basis is of another kind. Codes of a hypernetwork are those of its `basis`.
+    Raises NacreError if the basis is of another kind. Codes of a hypernetwork are those of its
+    `basis`.
     """
 
     def __init__(self, basis: LatentBasis) -> None:
@@ -50,17 +44,9 @@ class CodeSpace:
     def decode(self, code: Float | Sequence[Float], wi: Components, wo: Components) -> Components:
         """f_r in 1/sr of a code, linear RGB, without the cosine, as three arrays.
 
-        Parameters
-        ----------
-        code
-            k values; a sequence of arrays may hold another code in every lane.
-        wi, wo
-            Unit directions to the light and to the viewer, as vectors or three arrays.
-
-        Returns
-        -------
-        three arrays
-            Positive and at most a million; 0 where either direction is at or below the horizon.
+        `wi` and `wo` are unit directions to the light and to the viewer, as vectors or three
+        arrays. f_r is positive and at most a million; 0 where either direction is at or below the
+        horizon.
         """
         values, basis = self._values(code), self.basis
         light, view = ((w[0], w[1], w[2]) for w in (wi, wo))
@@ -83,7 +69,7 @@ class CodeSpace:
         return above_horizon((red, green, blue), light, view)
 
     def log_prior(self, code: Float | Sequence[Float]) -> Float:
-        """Natural logarithm of the density of codes, one a lane; see :class:`nacre.latent.Prior`.
+        """Natural logarithm of the density of codes, one per lane; see :class:`nacre.latent.Prior`.
 
         Computed on the CPU from the values of the code: it cannot be part of a recorded loop or
         call.
@@ -91,7 +77,6 @@ class CodeSpace:
         return dr.custom(_LogPrior, self.basis.prior, self._values(code))
 
     def _values(self, code: Float | Sequence[Float]) -> list[Float]:
-        """The k values, an array each."""
         count = self.basis.code_dim
         if len(code) != count:
             raise ValueError(f"a code has {count} values, got {len(code)}")
@@ -101,7 +86,7 @@ class CodeSpace:
         return [dr.gather(type(code), code, index(i)) for i in range(count)]
 
     def _weights(self, array: type) -> list[tuple[Any, Any]]:
-        """The layers as cooperative vectors take them, made once a backend."""
+        """The layers as cooperative vectors take them, made once per backend."""
         if not dr.is_jit_v(array):
             raise NacreError("codes take a JIT backend of Dr.Jit, as in the variant llvm_ad_rgb")
         if array not in self._layers:

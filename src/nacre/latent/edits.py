@@ -1,13 +1,13 @@
 """Named directions in the space of codes: rougher, a glossier coat, darker, more metallic.
 
-GGX over a Lambertian base is fitted to every material that a basis was trained on. Where such a
-fit is at its best, it follows from the derivatives of both sides what each of its parameters does
-when the code moves a little. A direction is the one that does to these parameters what its name
-says, and leaves the others as they are, as closely as one direction can for all the materials, in
-least squares; of colors, it is as many values for each pair of chroma values of the code.
+GGX over a Lambertian base is fitted to every material that a basis was trained on. At the optimum
+of such a fit, the derivatives of both sides tell what each of its parameters does when the code
+moves a little. A direction does to these parameters what its name says and leaves the others alone,
+as closely as one direction can for all materials, in least squares; for colors it has as many
+values for each pair of chroma values of the code.
 
 A code adds up logarithms, so a highlight does not widen as such: more of a wide one is mixed in.
-The sharpest, of alpha below 0.02, keep their core whatever is added to them.
+The sharpest, with alpha below 0.02, keep their core whatever is added to them.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 
 from nacre.analytic import Ggx
 from nacre.analytic.fitting import fit
-from nacre.array import Floats
+from nacre.array import Doubles, Floats
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.geometry import split
@@ -28,14 +28,14 @@ from nacre.latent.basis import LatentBasis
 from nacre.latent.directions import shared_directions
 from nacre.latent.neural_basis import NeuralBasis, decoded
 from nacre.numerics.channels import CHROMA
-from nacre.numerics.pca import Double
 from nacre.runtime.progress import Progress, silent
 
 STEP = math.log(1.5)
 """Change of the logarithm of alpha, F0 or the diffuse albedo by an amount of 1: half the training
-materials change by more."""
+materials change by more.
+"""
 COLORING = 0.5
-"""Change of colors by an amount of 1, as a fraction of the way that there is."""
+"""Change of colors by an amount of 1, as a fraction of the way there is."""
 
 _GAIN, _SAMPLES, _STARTS = 16.0, 3000, 4  # of fits
 _RIDGE = 0.02  # squared length of a direction, beside the mean squared error in deviations
@@ -46,86 +46,50 @@ _DIFFERENCE = 1e-4  # of logarithms, for derivatives
 
 
 class Traits(NamedTuple):
-    """Parameters of GGX over a Lambertian base, as fitted to a material."""
+    """Parameters of GGX over a Lambertian base, fitted to a material."""
 
-    roughness: float
-    """Natural logarithm of alpha."""
-    coat: float
-    """Of the mean of F0 over the channels, and a thousandth."""
-    base: float
-    """Of the mean of the diffuse albedo over the channels, and a thousandth."""
-    coat_color: Double
-    """Chroma components of the logarithm of F0, shape (2,)."""
-    base_color: Double
-    """Of the logarithm of the diffuse albedo, shape (2,)."""
-
-    @property
-    def metalness(self) -> float:
-        """How much more the coat reflects than the base, as a logarithm."""
-        return self.coat - self.base
-
-    @property
-    def saturation(self) -> float:
-        """How colored the base is: 0 is gray."""
-        return float(np.linalg.norm(self.base_color))
+    roughness: float  # natural logarithm of alpha
+    coat: float  # logarithm of the mean of F0 over the channels and a thousandth
+    base: float  # the same of the diffuse albedo
+    coat_color: Doubles  # chroma components of the logarithm of F0, shape (2,)
+    base_color: Doubles  # the same of the diffuse albedo
 
 
 @dataclass(frozen=True, eq=False)
 class Edit:
-    """A named direction: the code c moves by an amount times `offset` + `matrix` c.
-
-    Parameters
-    ----------
-    name, opposite
-        Words for amounts above and below 0, as after "make it".
-    about
-        A sentence on what an amount of 1 does.
-    offset
-        Shape (k,).
-    matrix
-        Shape (k, k); 0 where the direction is the same everywhere.
-    """
+    """A named direction: the code c moves by an amount times `offset` + `matrix` c."""
 
     name: str
-    opposite: str
-    about: str
-    offset: Double
-    matrix: Double
+    opposite: str  # word for amounts below 0, as after "make it"; `name` is that for amounts above
+    about: str  # a sentence on what an amount of 1 does
+    offset: Doubles  # shape (k,)
+    matrix: Doubles  # shape (k, k); 0 where the direction is the same everywhere
 
-    def apply(self, code: Floats, amount: float) -> Double:
+    def apply(self, code: Floats, amount: float) -> Doubles:
         """A code (k,) moved by an amount; -2 to 2 are sensible."""
         values = np.asarray(code, np.float64)
         return np.asarray(values + amount * (self.offset + self.matrix @ values), np.float64)
 
 
 NAMES = "rougher", "glossier coat", "darker", "more saturated", "more metallic"
-"""Of the directions that :func:`edits` finds."""
+"""Names of the directions that :func:`edits` finds."""
 
 
 def traits(brdf: Brdf, samples: int = _SAMPLES) -> Traits:
     """Parameters of GGX over a Lambertian base that come closest to an isotropic material.
 
-    Highlights of alpha below 0.02 are hardly met by fewer than 20,000 samples. Raises NacreError if
-    the material is known at hardly any direction.
+    Highlights with alpha below 0.02 take 20,000 samples. Raises NacreError if the material is known
+    at hardly any direction.
     """
     return _traits(fit(brdf, Ggx, gain=_GAIN, samples=samples, starts=_STARTS))
 
 
 def edits(basis: LatentBasis, progress: Progress = silent) -> dict[str, Edit]:
-    """The named directions of a basis, by name, in the order of :data:`NAMES`.
+    """The named directions of a neural basis, or of a hypernetwork about one, in the order of
+    :data:`NAMES`.
 
-    Parameters
-    ----------
-    basis
-        A neural basis, whose examples are what the directions are found from, or a hypernetwork
-        about one.
-    progress
-        Called as fits are made: less than 0.1 seconds each.
-
-    Raises
-    ------
-    NacreError
-        If the basis is of another kind, or keeps codes of fewer than two training materials.
+    They are found from the basis's examples, with a fit of less than 0.1 seconds for each. Raises
+    NacreError if the basis is of another kind, or keeps codes of fewer than two training materials.
     """
     basis = _neural(basis)
     codes = np.asarray(basis.examples, np.float64)
@@ -166,7 +130,6 @@ def edits(basis: LatentBasis, progress: Progress = silent) -> dict[str, Edit]:
 
 
 def _neural(basis: LatentBasis) -> NeuralBasis:
-    """The neural basis whose codes a basis has."""
     own = getattr(basis, "basis", basis)
     if not isinstance(own, NeuralBasis):
         raise NacreError(f"named directions take a neural basis, got one of kind {basis.kind!r}")
@@ -177,34 +140,34 @@ def _traits(model: Ggx) -> Traits:
     return _named(_free(model))
 
 
-def _named(free: Double) -> Traits:
-    """Traits of logarithms of alpha, F0 and the diffuse albedo, shape (7,)."""
+def _named(free: Doubles) -> Traits:
+    """Traits from logarithms of alpha, F0 and the diffuse albedo, shape (7,)."""
     parts = np.exp(free[1:4]), np.exp(free[4:])
     coat, base = (math.log(part.mean() + _DARK) for part in parts)
     return Traits(float(free[0]), coat, base, *map(_color, parts))
 
 
-def _color(rgb: Double) -> Double:
+def _color(rgb: Doubles) -> Doubles:
     return np.asarray(CHROMA @ np.log(np.maximum(rgb, _GRAY * rgb.mean() + 0.01 * _DARK)))
 
 
-def _free(model: Ggx) -> Double:
+def _free(model: Ggx) -> Doubles:
     """Logarithms of alpha, F0 and the diffuse albedo of a fit, shape (7,)."""
     values = [np.atleast_1d(model.values[name]) for name in ("roughness", "specular", "diffuse")]
     return np.asarray(np.log(np.maximum(np.concatenate(values), 0.01 * _DARK)), np.float64)
 
 
-def _effects(basis: NeuralBasis, codes: Double, fits: list[Ggx]) -> Double:
-    """Derivatives of the seven numbers of the traits of materials by their codes (m, 7, k).
+def _effects(basis: NeuralBasis, codes: Doubles, fits: list[Ggx]) -> Doubles:
+    """Derivatives of the seven numbers of the traits of materials by their codes, (m, 7, k).
 
-    A fit moves to where the derivatives of its squared errors are 0 again, to the first order.
+    A fit moves to where the derivatives of its squared errors are 0 again, to first order.
     """
     wi, wo = shared_directions(_SAMPLES, 0)
     light, view = (tuple(np.asarray(c, np.float64) for c in split(w)) for w in (wi, wo))
     cosine = _GAIN * wi[:, 2:].astype(np.float64)
     common, rows = basis.logarithms(wi, wo)
 
-    def logarithms(free: Double) -> Double:
+    def logarithms(free: Doubles) -> Doubles:
         alpha, coat, base = np.split(np.exp(free), [1, 4])
         values = {"roughness": float(alpha[0]), "specular": tuple(coat), "diffuse": tuple(base)}
         rgb = Ggx.formula(values, light, view)  # type: ignore[arg-type]
@@ -226,13 +189,13 @@ def _effects(basis: NeuralBasis, codes: Double, fits: list[Ggx]) -> Double:
     return np.array(found)
 
 
-def _weights(effects: Double) -> Double:
+def _weights(effects: Doubles) -> Doubles:
     """Weights (m, q) of effects (m, q, k): those far above the median count little."""
     lengths = np.linalg.norm(effects, axis=2)
     return np.asarray(1.0 / (1.0 + np.square(lengths / np.median(lengths, axis=0))))
 
 
-def _gray_directions(effects: Double, luma: int) -> Double:
+def _gray_directions(effects: Doubles, luma: int) -> Doubles:
     """Columns (k, 3) that change roughness, coat and base, each alone, of the luma only."""
     rows = effects[:, :3, :luma]
     weights = _weights(rows)[..., None]
@@ -244,11 +207,11 @@ def _gray_directions(effects: Double, luma: int) -> Double:
     return found
 
 
-def _coat_color_direction(effects: Double, basis: NeuralBasis) -> Double:
+def _coat_color_direction(effects: Doubles, basis: NeuralBasis) -> Doubles:
     """Values (p,) for the pairs that change the color of the coat and leave that of the base.
 
-    What the traits' colors do is, like the pairs, the same for channels in another order: of each
-    block of two by two, that is the mean of its diagonal.
+    The effects on colors are, like the pairs, the same for channels in another order: in each block
+    of two by two, the effect is the mean of the diagonal.
     """
     blocks = effects[:, 3:, basis.luma :].reshape(len(effects), 2, 2, basis.chroma, 2)
     rows = 0.5 * np.einsum("nqcpc->nqp", blocks)
@@ -258,7 +221,7 @@ def _coat_color_direction(effects: Double, basis: NeuralBasis) -> Double:
     return np.asarray(np.linalg.solve(normal, weighed[:, 0].sum(axis=0)))
 
 
-def _base_color_reading(basis: NeuralBasis, codes: Double, found: list[Traits]) -> Double:
+def _base_color_reading(basis: NeuralBasis, codes: Doubles, found: list[Traits]) -> Doubles:
     """Weights (1, p) by which the pairs of a code add up to the color of its base."""
     pairs = codes[:, basis.luma :].reshape(len(codes), basis.chroma, 2)
     rows = pairs.swapaxes(1, 2).reshape(-1, basis.chroma)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Doubles
 from nacre.brdf import Brdf
 from nacre.errors import FormatError
 from nacre.latent.basis import CodedBrdf, LatentBasis
@@ -18,7 +19,6 @@ from nacre.latent.intervals import interval, reflectance_interval
 from nacre.latent.posterior import Posterior
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.neural import NeuralBrdf
-from nacre.numerics.pca import Double
 from nacre.sampling.lit_views import lit_views
 
 FEW = 200
@@ -26,7 +26,7 @@ FEW = 200
 COUNT = 64
 """Plausible materials that are kept."""
 OBSERVED = "samples", "pixels"
-"""By what a material may be known."""
+"""What a material may be known from."""
 
 _KEY = "plausible"
 _STORED = np.dtype("<f2")
@@ -34,27 +34,13 @@ _STORED = np.dtype("<f2")
 
 @dataclass(frozen=True)
 class Estimate:
-    """What few samples, or photographs, say of a material.
+    """What few samples, or photographs, tell about a material."""
 
-    Parameters
-    ----------
-    material
-        To be expected.
-    codes
-        As plausible as each other, in the basis of the material, shape (:data:`COUNT`, k).
-    count
-        How many samples or pixels there were.
-    scale
-        See :attr:`nacre.latent.posterior.Posterior.scale`.
-    observed
-        "samples" or "pixels".
-    """
-
-    material: CodedBrdf
-    codes: npt.NDArray[np.float16]
-    count: int
-    scale: tuple[float, float] | None = None
-    observed: str = "samples"
+    material: CodedBrdf  # the expected one
+    codes: npt.NDArray[np.float16]  # equally plausible, in the material's basis, shape (COUNT, k)
+    count: int  # of samples or pixels
+    scale: tuple[float, float] | None = None  # see Posterior.scale
+    observed: str = "samples"  # "samples" or "pixels"
 
     def kept_by(self, fitted: NeuralBrdf) -> NeuralBrdf:
         """A network that was fitted to the material, with the plausible ones in its metadata."""
@@ -87,19 +73,9 @@ def estimate(
 ) -> Estimate:
     """A material from few samples.
 
-    Parameters
-    ----------
-    brdf
-        Isotropic.
-    basis
-        Of the materials that it may be like; the included one where None.
-    free_scale
-        See :meth:`LatentBasis.posterior`.
-
-    Raises
-    ------
-    NacreError
-        If the basis does not take samples.
+    `brdf` is isotropic, `basis` that of the materials it may be like, the included one where None;
+    for `free_scale` see :meth:`LatentBasis.posterior`. Raises NacreError if the basis takes no
+    samples.
     """
     basis = basis or pretrained_basis()
     found = basis.posterior(brdf.samples, free_scale=free_scale)
@@ -108,24 +84,16 @@ def estimate(
 
 
 def plausible_codes(found: Posterior) -> npt.NDArray[np.float16]:
-    """:data:`COUNT` codes that are as plausible as each other, shape (:data:`COUNT`, k)."""
+    """Equally plausible codes, shape (:data:`COUNT`, k)."""
     return found.draw(COUNT).astype(_STORED)
 
 
 def plausible(material: Brdf, basis: LatentBasis | None = None) -> list[CodedBrdf]:
-    """Materials that are as plausible as a network that was fitted to few samples.
+    """Materials that are as plausible as a network that was fitted to few samples; none for any
+    other material.
 
-    Parameters
-    ----------
-    material
-        Any; of one that was not fitted to few samples there are none.
-    basis
-        That the samples were looked at in; the included one where None.
-
-    Raises
-    ------
-    FormatError
-        If it was another basis, or what is kept is damaged.
+    `basis` is the one that the estimate was made in, the included one where None. Raises
+    FormatError if it was another basis, or what is kept is damaged.
     """
     kept = material.metadata.get(_KEY) if isinstance(material, NeuralBrdf) else None
     if kept is None:
@@ -139,14 +107,14 @@ def plausible(material: Brdf, basis: LatentBasis | None = None) -> list[CodedBrd
     except (LookupError, TypeError, ValueError) as error:
         raise FormatError(f"{name}: plausible materials: cannot be read: {error}") from error
     if fingerprint != basis.fingerprint():
-        raise FormatError(f"{name}: plausible materials: are of another basis")
+        raise FormatError(f"{name}: plausible materials: belong to another basis")
     try:
         return [basis.decode(code, material.name) for code in codes]
     except ValueError as error:
         raise FormatError(f"{name}: plausible materials: {error}") from error
 
 
-def albedo_interval(materials: Sequence[CodedBrdf]) -> tuple[Double, Double]:
+def albedo_interval(materials: Sequence[CodedBrdf]) -> tuple[Doubles, Doubles]:
     """Ends (3,) of the 90 % interval of the albedo for light along the normal, linear RGB."""
     lit = lit_views(0, [0.0], directions=512, lights=1)
     pairs = lit.wi.reshape(-1, 3), lit.wo.reshape(-1, 3)
@@ -155,7 +123,7 @@ def albedo_interval(materials: Sequence[CodedBrdf]) -> tuple[Double, Double]:
 
 
 def facts(material: Brdf) -> dict[str, Any]:
-    """What to show of how well a material is known; empty if it was not fitted to few samples."""
+    """How well a material is known; empty if it was not fitted to few samples."""
     others = plausible(material)
     if not others:
         return {}
@@ -166,12 +134,12 @@ def facts(material: Brdf) -> dict[str, Any]:
 
 
 def in_words(known: Mapping[str, Any]) -> str:
-    """What goes on with a line about a material, from its :func:`facts`; may be empty."""
+    """The end of a line about a material, from its :func:`facts`; may be empty."""
     if not known:
         return ""
     low, high = (np.mean(known[f"plausible albedo {end}"]) for end in ("from", "to"))
     counts = (f"{known[f'known from {n}']} {n}" for n in OBSERVED if f"known from {n}" in known)
-    text = f"; of {', '.join(counts)}: albedo {low:.3f} to {high:.3f} (90 %)"
+    text = f"; from {', '.join(counts)}: albedo {low:.3f} to {high:.3f} (90 %)"
     return f"{text}, f_r within a factor of {known['f_r known within a factor']:.2f}"
 
 

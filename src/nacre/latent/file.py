@@ -8,14 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nacre.errors import FormatError, reason
-from nacre.io.files import (
-    PathLike,
-    atomic_path,
-    check_json,
-    first_bytes,
-    read_bytes,
-    write_encoded,
-)
+from nacre.io.files import PathLike, check_json, first_bytes, read_bytes, write_encoded
 from nacre.io.tensors import format_errors, from_file, to_bytes
 from nacre.latent.basis import CodedBrdf, LatentBasis
 from nacre.registry import Registry
@@ -36,10 +29,10 @@ BASES: Registry[type[LatentBasis]] = Registry(
         "autoencoder": "nacre.latent.autoencoder:Autoencoder",
     },
 )
-"""The kinds of bases by name: those of nacre and of installed packages."""
+"""The kinds of bases by name, from nacre and from installed packages."""
 
 PRETRAINED = "neural", "hypernetwork"
-"""Names of the bases that are included."""
+"""Names of the included bases."""
 
 KEY = "nacre basis"
 _IN_FILES = {"pca": "log-relative PCA"}  # kinds whose files have another name for them
@@ -48,12 +41,8 @@ _BASIS_LIMIT, _CODE_LIMIT = 1 << 30, 1 << 20
 
 
 def save_basis(basis: LatentBasis, path: PathLike) -> None:
-    """Write a basis; the same basis gives the same bytes.
-
-    Raises
-    ------
-    FormatError
-        If the path cannot be written.
+    """Write a basis; the same basis gives the same bytes. Raises FormatError if the path cannot be
+    written.
     """
     write_encoded(path, _encode, basis)
 
@@ -66,13 +55,7 @@ def _encode(basis: LatentBasis) -> bytes:
 
 
 def load_basis(path: PathLike) -> LatentBasis:
-    """Read a basis.
-
-    Raises
-    ------
-    FormatError
-        If the file is not a whole basis of a version we know.
-    """
+    """Read a basis. Raises FormatError if the file is not a whole basis of a known version."""
     header, tensors = from_file(path, KEY, _BASIS_LIMIT, "a basis")
     with format_errors(path):
         model = str(header["model"]).removesuffix(" basis")
@@ -88,12 +71,9 @@ def load_basis(path: PathLike) -> LatentBasis:
 
 
 def save_code(material: CodedBrdf, path: PathLike) -> None:
-    """Write the code of a material, with the fingerprint of the basis that it belongs to.
+    """Write the code of a material, with the fingerprint of the basis it belongs to.
 
-    Raises
-    ------
-    FormatError
-        If the path cannot be written.
+    Raises FormatError if the path cannot be written.
     """
     content = {
         "code of": f"{_in_files(material.basis)} code",
@@ -102,24 +82,13 @@ def save_code(material: CodedBrdf, path: PathLike) -> None:
         "basis": material.basis.fingerprint(),
         "values": [float(v) for v in material.code],
     }
-    with atomic_path(path) as temporary:
-        temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    write_encoded(path, str.encode, json.dumps(content, indent=1) + "\n")
 
 
 def load_code(path: PathLike, basis: LatentBasis) -> CodedBrdf:
-    """Read a code and give the material that it stands for.
+    """Read a code and return the material it stands for; `basis` is the one it was made with.
 
-    Parameters
-    ----------
-    path
-        File to read.
-    basis
-        The one that the code was made with.
-
-    Raises
-    ------
-    FormatError
-        If the file is not a whole code, or belongs to another basis.
+    Raises FormatError if the file is not a whole code, or belongs to another basis.
     """
     try:
         content = json.loads(read_bytes(path, _CODE_LIMIT).decode("utf-8"))
@@ -160,7 +129,7 @@ def _in_files(basis: LatentBasis) -> str:
 def pretrained_hypernetwork() -> Hypernetwork:
     """Codes of 32 values for networks of 675 weights, trained on the published NBRDF networks.
 
-    By `python -m lab.studies.ablations.shipped_codes`, which says on which of them.
+    `python -m lab.studies.ablations.shipped_codes` made it, and tells on which of them.
     """
     from nacre.latent.hypernetwork import Hypernetwork
 
@@ -170,17 +139,14 @@ def pretrained_hypernetwork() -> Hypernetwork:
 
 
 def pretrained_basis() -> NeuralBasis:
-    """The neural basis that :func:`pretrained_hypernetwork` has its codes from."""
+    """The neural basis that the codes of :func:`pretrained_hypernetwork` are from."""
     return pretrained_hypernetwork().basis
 
 
 def find_basis(name: PathLike) -> LatentBasis:
     """The included basis of a name, or that in a file.
 
-    Raises
-    ------
-    FormatError
-        If it is no name of :data:`PRETRAINED`, and the file is not a whole basis.
+    Raises FormatError if the name is not in :data:`PRETRAINED` and the file is not a whole basis.
     """
     if name == "neural":
         return pretrained_basis()

@@ -1,12 +1,12 @@
 """A network that turns codes of a neural basis into ordinary networks of 675 weights.
 
-A code of a :class:`nacre.latent.neural_basis.NeuralBasis` weighs functions, and what it stands for
-takes the whole basis to evaluate. The hypernetwork gives a network of a thirtieth of the size that
-comes close to it, for any code.
+A code of a :class:`nacre.latent.neural_basis.NeuralBasis` weighs functions, and the whole basis is
+needed to evaluate it. For any code, the hypernetwork gives a network of a thirtieth of that size
+which comes close.
 
-Colors go by channel as they do there. What hidden layers are depends on the luma, and on
-the squared lengths of the pairs, which permutations of the channels do not change. The weights of
-an output depend on these and on what the pairs say of its own channel, in the same way for all
+Colors are handled by channel as they are there. The hidden layers depend on the luma and on the
+squared lengths of the pairs, which permutations of the channels do not change. The weights of an
+output depend on these and on the part of the pairs in its own channel, in the same way for all
 three. So a permutation of the channels of a material is one of its code here too.
 """
 
@@ -14,17 +14,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Doubles
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.io.tensors import Tensors
-from nacre.latent.basis import LatentBasis, Vector
+from nacre.latent.basis import LatentBasis
 from nacre.latent.neural_basis import NeuralBasis
 from nacre.latent.picture_errors import PictureErrors
+from nacre.latent.posterior import Posterior
 from nacre.latent.prior import Prior
 from nacre.latent.recipes import HypernetworkRecipe
 from nacre.latent.weights import COUNT, SIZES, WeightBasis, named_layers, named_tensors
@@ -32,10 +34,6 @@ from nacre.neural.nbrdf import OUTPUTS
 from nacre.numerics.channels import CHROMA
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.numerics.mlp import SILU_BY_TANH, Layer, dense
-from nacre.numerics.pca import Double
-
-if TYPE_CHECKING:
-    from nacre.latent.posterior import Posterior
 
 COLUMN = SIZES[-2] + 1  # weights and bias of one output
 HIDDEN_COUNT = COUNT - OUTPUTS * COLUMN  # weights and biases of the hidden layers
@@ -51,19 +49,7 @@ class Hypernetwork(WeightBasis):
     - weights of the hidden layers: shared of (g, u),
     - weights and bias of the channel's output: output of (g, c, s(channel of (u, c))).
 
-    Parameters
-    ----------
-    basis
-        Whose codes these are; what :meth:`encode` starts from.
-    trunk, shared, channel, output
-        The layers.
-    metadata
-        JSON-able facts about the training.
-
-    Raises
-    ------
-    ValueError
-        If layers do not fit to one another.
+    Raises ValueError if layers do not fit one another.
     """
 
     kind: ClassVar[str] = "hypernetwork"
@@ -102,7 +88,7 @@ class Hypernetwork(WeightBasis):
     def prior(self) -> Prior:
         return self.basis.prior
 
-    def weights(self, codes: npt.ArrayLike) -> Double:
+    def weights(self, codes: npt.ArrayLike) -> Doubles:
         values = np.asarray(codes, np.float64)
         luma, pairs = np.split(values, [self.basis.luma], axis=1)
         pairs = pairs.reshape(len(values), self.basis.chroma, 2)
@@ -116,7 +102,7 @@ class Hypernetwork(WeightBasis):
         last = columns.transpose(0, 2, 1).reshape(len(values), -1)
         return np.concatenate([hidden, last], axis=1)
 
-    def _start(self, brdf: Brdf, errors: PictureErrors) -> Vector:
+    def _start(self, brdf: Brdf, errors: PictureErrors) -> Doubles:
         return self.basis.closest(errors)
 
     def _posterior(self, samples: DirectionSamples, free_scale: bool) -> Posterior:
@@ -133,9 +119,9 @@ class Hypernetwork(WeightBasis):
 
 
 def neural_basis(basis: LatentBasis) -> NeuralBasis:
-    """The functions that a basis is of, or was made from.
+    """The neural basis that a basis is, or was made from.
 
-    Raises NacreError for a basis of another kind, in which codes are not found from few samples.
+    Raises NacreError for a basis of another kind, where few samples do not determine a code.
     """
     found = basis.basis if isinstance(basis, Hypernetwork) else basis
     if not isinstance(found, NeuralBasis):

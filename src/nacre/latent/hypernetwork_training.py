@@ -1,7 +1,7 @@
 """Training of a hypernetwork, in PyTorch.
 
-The neural basis has a material for every code, so there is no end of them to train on: every step
-draws codes of its own, most of them about those of known materials.
+The neural basis has a material for every code, so the supply is endless: every step draws codes of
+its own, most of them about those of known materials.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from nacre.numerics.mlp import SILU, Layer, dense
 from nacre.runtime.progress import Progress
 from nacre.runtime.store import Store
 
-_REACH = 0.4  # how much of the weights' own scale, about, an output of the hypernetwork is
+_REACH = 0.4  # scale of the hypernetwork's outputs, relative to that of the weights
 _DIRECTIONS = 1 << 16  # pairs of directions that the basis is evaluated at, once
 _KNOWN = 0.7  # fraction of codes drawn about those of known materials; others are about 0
-_SPREAD = 1.5  # largest standard deviation about these: new materials are not just as those known
+_SPREAD = 1.5  # largest standard deviation about these: new materials are not just like known ones
 
 
 def train_hypernetwork(
@@ -43,10 +43,11 @@ def train_hypernetwork(
     report: Progress,
     base: NeuralBasis | None,
 ) -> Hypernetwork:
-    """The hypernetwork of a neural basis that has examples; of materials, where there is none.
+    """The hypernetwork of a neural basis that has examples, or of materials where no basis is
+    given.
 
-    The mean absolute difference of log(1 + 30 f cos theta_i) between the networks that it gives and
-    what the basis has for the same codes is brought to a minimum. For the parameters and errors see
+    The mean absolute difference of log(1 + 30 f cos theta_i) between its networks and what the
+    basis has for the same codes is minimized. For parameters and errors see
     :meth:`nacre.latent.basis.LatentBasis.train`.
     """
     if base is None:
@@ -63,8 +64,6 @@ def train_hypernetwork(
 
 
 class _Training:
-    """The layers and the state of the optimizer."""
-
     def __init__(self, basis: NeuralBasis, recipe: HypernetworkRecipe) -> None:
         self._recipe, self._luma = recipe, basis.luma
         self._known = basis.examples.astype(np.float64)
@@ -96,7 +95,6 @@ class _Training:
             matrix.data.mul_(0.1)
 
     def run(self, checkpoint: Path | None, report: Progress) -> float:
-        """All steps that are left; gives the last loss."""
         sums = self._functions.double().sum().item(), self._known.sum()
         same = f"{tuple(self._functions.shape)} {len(self._known)} {sums}"
         groups = {1.0: [*self._trunk, *self._shared, *self._channel, *self._output]}
@@ -121,7 +119,7 @@ class _Training:
         return (torch.copysign(f_r.abs().log1p(), f_r) - goal).abs().mean()
 
     def _goal(self, luma: Tensor, pairs: Tensor, values: Tensor, weight: Tensor) -> Tensor:
-        """What the basis has for codes: log(1 + 30 f cos theta_i), shape (codes, n, 3)."""
+        """log(1 + 30 f cos theta_i) of codes in the basis, shape (codes, n, 3)."""
         common, of_luma, of_pairs = values.split([1, self._luma, self._pairs], dim=1)
         logarithms = (common + of_luma @ luma.T).T[..., None]
         logarithms = logarithms + (of_pairs @ pairs @ self._chroma)
@@ -139,7 +137,6 @@ class _Training:
         return torch.cat([hidden, columns.mT.reshape(len(hidden), -1)], 1)
 
     def layers(self) -> dict[str, Layer]:
-        """The layers as they are now, by name."""
         return {
             "trunk": finished(self._trunk),
             "shared": finished((_REACH * self._shared[0], self._shared[1])),

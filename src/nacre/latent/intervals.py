@@ -1,4 +1,4 @@
-"""Intervals of what is known of a material only by others that are as plausible."""
+"""Intervals for what is known about a material only through others that are as plausible."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Doubles
 from nacre.brdf import Brdf
 from nacre.latent.posterior import UNEXPLAINED
-from nacre.numerics.pca import Double
 
 FRACTION = 0.9
-"""Of intervals: how often the truth should lie inside."""
+"""How often the truth should lie inside an interval."""
 
 _SMALLEST = 1e-9  # f_r in 1/sr below which it counts as this: black has no logarithm
 
 
-def interval(values: npt.ArrayLike, fraction: float = FRACTION) -> tuple[Double, Double]:
-    """Ends (...) between which a fraction of values (m, ...) lies, as many below as above."""
+def interval(values: npt.ArrayLike, fraction: float = FRACTION) -> tuple[Doubles, Doubles]:
+    """Ends (...) between which a fraction of values (m, ...) lies, with as many below as above."""
     tail = 0.5 * (1.0 - fraction)
     low, high = np.quantile(np.asarray(values, np.float64), (tail, 1.0 - tail), axis=0)
     return low, high
@@ -29,25 +29,14 @@ def reflectance_interval(
     wi: npt.ArrayLike,
     wo: npt.ArrayLike,
     fraction: float = FRACTION,
-) -> tuple[Double, Double]:
-    """Lower and upper ends of f_r in 1/sr at pairs of directions, linear RGB.
+) -> tuple[Doubles, Doubles]:
+    """Ends of f_r in 1/sr at pairs of directions, linear RGB, shapes (..., 3), between which the
+    truth should lie with a frequency of `fraction`.
 
-    Where the materials leave ln f_r uncertain, what no code explains adds to it. In integrals over
-    directions, as an albedo or a picture, that averages out: :func:`interval` of theirs will do.
-
-    Parameters
-    ----------
-    plausible
-        Materials that are as plausible as each other, one or more.
-    wi, wo
-        Unit directions to the light and to the viewer, shapes (..., 3) that broadcast.
-    fraction
-        How often the truth should lie inside.
-
-    Returns
-    -------
-    low, high
-        Shapes (..., 3); 0 where a direction is at or below the horizon.
+    Where the `plausible` materials, one or more, leave ln f_r uncertain, what no code explains adds
+    to it. In integrals over directions, as an albedo or a picture, that averages out:
+    :func:`interval` is enough there. Directions, shapes (..., 3), broadcast; the ends are 0 where
+    one is at or below the horizon.
     """
     from scipy.special import ndtri
 

@@ -1,4 +1,4 @@
-"""Kinds of materials by the names of what a basis was trained on."""
+"""Kinds of materials, told from the names of a basis's training materials."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ KINDS: Mapping[str, Sequence[str]] = {
     "metal": ("steel", "chrome", "nickel", "alumini", "bronze", "brass", "copper", "ss440"),
     "plastic": ("plastic", "acrylic", "phenolic", "nylon", "delrin", "teflon", "pvc"),
 }
-"""Parts of names by the kind of material that they tell of. A material is of the first kind that
-its name has a part of: acrylic felt is fabric, gold paint is paint. They are those of the materials
-of MERL, RGL and Nielsen et al. 2015, so of the included basis; names that tell of no kind are of
-none."""
+"""Parts of names that tell the kind of a material: that of the first kind with a part in its name,
+so acrylic felt is fabric and gold paint is paint. They cover the names in MERL, RGL and Nielsen et
+al. 2015, and so in the included basis; other names tell no kind.
+"""
 
 
 def kinds(names: Sequence[str]) -> dict[str, list[int]]:
@@ -35,19 +35,9 @@ def kinds(names: Sequence[str]) -> dict[str, list[int]]:
 
 
 def members(basis: LatentBasis, kind: str) -> list[int]:
-    """Indices of the training materials of a kind, or of those whose names have a text in them.
+    """Indices of the training materials of a kind of :data:`KINDS`, or with a text in their names.
 
-    Parameters
-    ----------
-    basis
-        Its metadata has the names of its training materials.
-    kind
-        One of :data:`KINDS`, or a part of a name.
-
-    Raises
-    ------
-    NacreError
-        If there is no such material.
+    Raises NacreError if there is no such material.
     """
     names = [str(name) for name in basis.metadata.get("materials", [])]
     known = kinds(names)
@@ -55,6 +45,6 @@ def members(basis: LatentBasis, kind: str) -> list[int]:
         index for index, name in enumerate(names) if kind and kind.lower() in name.lower()
     ]
     if not found:
-        there = f"kinds are {', '.join(known)}" if known else "their names tell of no kind"
+        there = f"kinds are {', '.join(known)}" if known else "their names tell no kind"
         raise NacreError(f"the basis was trained on no material like {kind!r}; {there}")
     return found

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.brdf import Sampler
 from nacre.numerics.mlp import TANH, Layer, forward, widths
 from nacre.sampling.parametrizations import Parametrization, find_parametrization
@@ -17,23 +18,14 @@ from nacre.sampling.parametrizations import Parametrization, find_parametrizatio
 class LobePredictor:
     """A network from a code to the free parameters of a kind of sampler.
 
-    Hidden units are hyperbolic tangents, so that a code far from those of the training gives
-    parameters that are bounded; the family's functions then keep them valid, whatever they are.
+    Hidden units are hyperbolic tangents, so that parameters stay bounded for a code far from those
+    of the training; the family's functions then keep them valid.
 
-    Parameters
-    ----------
-    family
-        Name of a :class:`nacre.sampling.parametrizations.Parametrization`.
-    layers
-        Of the network.
-
-    Raises
-    ------
-    ValueError
-        If the family is not known, or the layers do not chain to its size.
+    Raises ValueError if the family is not known, or the layers do not chain to its size.
     """
 
     family: str
+    """Name of a :class:`nacre.sampling.parametrizations.Parametrization`."""
     layers: Sequence[Layer]
 
     def __post_init__(self) -> None:
@@ -43,13 +35,12 @@ class LobePredictor:
 
     @property
     def parametrization(self) -> Parametrization:
-        """That of the family."""
         return find_parametrization(self.family)
 
     def __call__(self, code: npt.ArrayLike) -> Sampler:
         """The sampler for a code of shape (k,)."""
         return self.parametrization.sampler(self.free(code))
 
-    def free(self, code: npt.ArrayLike) -> npt.NDArray[np.floating]:
-        """Its free parameters, of the family's size."""
+    def free(self, code: npt.ArrayLike) -> Floats:
+        """Its free parameters, as many as the family's size."""
         return np.asarray(forward(np.asarray(code, np.float32), self.layers, TANH))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Doubles
 from nacre.errors import NacreError, require
 
 MIN_CODES = 5  # minimum number of materials, or texels, on a map
@@ -12,18 +13,18 @@ MIN_CODES = 5  # minimum number of materials, or texels, on a map
 _PERPLEXITY = 30.0
 
 
-def embed(codes: npt.ArrayLike, seed: int = 0, what: str = "materials") -> npt.NDArray[np.float64]:
+def embed(codes: npt.ArrayLike, seed: int = 0, what: str = "materials") -> Doubles:
     """Places of codes (n, k) in the plane by t-SNE (van der Maaten and Hinton 2008), shape (n, 2).
 
-    The same seed gives the same map. Raises NacreError, which says `what` the codes are of, if
-    there are fewer than :data:`MIN_CODES`, and MissingExtraError if openTSNE is not installed.
+    The same seed gives the same map; `what` names the codes in errors. Raises NacreError if there
+    are fewer than :data:`MIN_CODES`, and MissingExtraError if openTSNE is not installed.
     """
     values = np.asarray(codes, np.float64)
     if len(values) < MIN_CODES:
         raise NacreError(f"a map takes at least {MIN_CODES} {what}, got {len(values)}")
     tsne = require("openTSNE", "latent").TSNE(
         perplexity=_perplexity(len(values)),
-        initialization="pca" if np.ptp(values, axis=0).any() else "random",  # of one value is none
+        initialization="pca" if np.ptp(values, axis=0).any() else "random",  # all may be equal
         negative_gradient_method="bh",
         random_state=seed,
         n_jobs=1,
@@ -33,11 +34,11 @@ def embed(codes: npt.ArrayLike, seed: int = 0, what: str = "materials") -> npt.N
 
 def embed_into(
     codes: npt.ArrayLike, places: npt.ArrayLike, new: npt.ArrayLike, seed: int = 0
-) -> npt.NDArray[np.float64]:
+) -> Doubles:
     """Places of new codes on a map of others, which stay where they are (Poličar et al. 2024).
 
-    `codes` (n, k) are what :func:`embed` was given and `places` what it gave; `new` codes (m, k)
-    get places (m, 2), the same for the same seed.
+    `codes` (n, k) are what :func:`embed` took and `places` what it returned; `new` codes (m, k) get
+    places (m, 2), the same for the same seed.
     """
     library = require("openTSNE", "latent")
     values = np.asarray(codes, np.float64)

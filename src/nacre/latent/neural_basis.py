@@ -1,34 +1,35 @@
-"""Basis functions of directions that one network gives, for materials as sums of them.
+"""Functions of directions from one network, and materials as sums of them.
 
 The network sees the enhanced inputs of a pair of directions (:mod:`nacre.neural.inputs`); its
 outputs take the place of the principal components of :mod:`nacre.latent.pca`. They need no grid,
 take less than a hundredth of the memory, and are trained on what pictures show. ln f_r of a channel
-is their sum, in which the code weighs them, so a material is a plain network of the shared hidden
+is the sum of them, weighted by the code, so a material is a plain network of the shared hidden
 layers and an output layer of its own.
 
-Colors go by channel as there. A gray value weighs one function in all channels alike; a pair of
-values stands for three weights of one function that sum to 0. So a permutation of the channels of a
-material is one of its code, and no permuted material has to be trained on.
+Colors are handled by channel as there. A gray value weighs one function in all channels alike; a
+pair of values stands for three weights of one function that sum to 0. So a permutation of the
+channels of a material is one of its code, and no permuted material has to be trained on.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Array, Components, Floats, Weights, namespace
+from nacre.array import Array, Components, Doubles, Floats, Weights, namespace
 from nacre.brdf import Brdf, Sampler
 from nacre.io.tensors import Tensors, check_numbers
-from nacre.latent.basis import LARGEST, CodedBrdf, Vector, integer, integers
+from nacre.latent.basis import LARGEST, CodedBrdf, integer, integers
 from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.picture_errors import PictureErrors
+from nacre.latent.posterior import DARK, LOOSE, Linearized, Posterior, search
 from nacre.latent.predicting import (
     PredictingBasis,
     numbered_layers,
@@ -45,16 +46,13 @@ from nacre.numerics.channels import CHROMA, CHROMA_PERMUTATIONS
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.numerics.levenberg_marquardt import minimize
 from nacre.numerics.mlp import Layer, forward, widths
-from nacre.numerics.pca import Double
 from nacre.runtime.parallel import one_blas_thread
 from nacre.sampling import fit_lobes
 from nacre.sampling.parametrizations import BEST
 
-if TYPE_CHECKING:
-    from nacre.latent.posterior import Posterior
-
 BRIGHTEST = math.log(1e6)  # bound of ln f_r: whatever a code holds, what it stands for is finite
 PRIOR = 0.05  # what a standard deviation of a value costs, beside the sum of single errors
+MAX_SAMPLES = 2048  # samples that count: a code learns nothing from more
 _STEPS = 15
 _FARTHEST = 100.0  # bound of the values that are found
 
@@ -66,27 +64,8 @@ class NeuralBasis(PredictingBasis):
     A code is g values of luma, then p pairs of chroma. Over the training materials, each with its
     permutations of the channels, their mean is 0 and their covariance the identity.
 
-    Parameters
-    ----------
-    hidden
-        Hidden layers; a ReLU follows each.
-    functions
-        The output layer, its biases last, shape (units + 1, 1 + g + p), float32: the function that
-        all materials have, those of the luma, those of the chroma.
-    luma
-        g.
-    examples
-        Codes of the training materials, shape (m, k), float32: what materials are like.
-    metadata
-        JSON-able facts about the training.
-    predictors
-        Of lobes for importance sampling, by name; may be empty.
-
-    Raises
-    ------
-    ValueError
-        If layers do not chain, `luma` is out of range, or examples or a predictor are for other
-        codes.
+    Raises ValueError if layers do not chain, `luma` is out of range, or examples or a predictor are
+    for other codes.
     """
 
     kind: ClassVar[str] = "neural"
@@ -95,10 +74,13 @@ class NeuralBasis(PredictingBasis):
     takes_samples: ClassVar[bool] = True
     linear_in_log: ClassVar[bool] = True
 
-    hidden: Sequence[Layer]
+    hidden: Sequence[Layer]  # a ReLU follows each
     functions: Weights
-    luma: int
-    examples: Weights
+    """The output layer, its biases last, shape (units + 1, 1 + g + p), float32: the function that
+    all materials share, those of the luma, those of the chroma.
+    """
+    luma: int  # g
+    examples: Weights  # codes of the training materials, shape (m, k), float32
     metadata: dict[str, Any] = field(default_factory=dict)
     predictors: Mapping[str, LobePredictor] = field(default_factory=dict)
 
@@ -125,7 +107,6 @@ class NeuralBasis(PredictingBasis):
 
     @property
     def nbytes(self) -> int:
-        """See :class:`LatentBasis`; predictors of lobes are included."""
         layers = sum(layer.nbytes for layer in self.hidden) + self.predictor_bytes()
         return layers + self.functions.nbytes + self.examples.nbytes
 
@@ -135,15 +116,15 @@ class NeuralBasis(PredictingBasis):
         return np.asarray(forward(inputs, [*self.hidden, last]))
 
     def logarithms(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> tuple[Weights, Weights]:
-        """Of ln f_r at directions (n, 3), what is linear in a code: ln f_r of the code 0, shape (n,
-        1), and derivatives by the values of a code, shape (k, n, 3).
+        """What is linear in a code about ln f_r at directions (n, 3): ln f_r of the code 0, shape
+        (n, 1), and derivatives by the values of a code, shape (k, n, 3).
         """
         values = self.values(isotropic_inputs(wi, wo, ENHANCED))
         common, luma, pairs = np.split(values, [1, 1 + self.luma], axis=1)
         chroma = np.einsum("np,qc->pqnc", pairs, CHROMA).reshape(-1, len(values), OUTPUTS)
         return common, np.concatenate([np.repeat(luma.T[..., None], OUTPUTS, axis=2), chroma])
 
-    def channel_weights(self, code: npt.ArrayLike) -> Double:
+    def channel_weights(self, code: npt.ArrayLike) -> Doubles:
         """Weights of the functions in each channel, shape (1 + g + p, 3)."""
         values = np.asarray(code, np.float64)
         luma = np.repeat(values[: self.luma, None], OUTPUTS, axis=1)
@@ -151,8 +132,8 @@ class NeuralBasis(PredictingBasis):
         return np.concatenate([np.ones((1, OUTPUTS)), luma, chroma])
 
     def permuted(self, codes: Floats, permutation: int | npt.NDArray[np.int64]) -> Floats:
-        """Codes (n, k) of the materials whose channels are those of `codes` in another order: which
-        of :data:`nacre.numerics.channels.PERMUTATIONS`, shape (n,) or one for all.
+        """Codes (n, k) of the same materials with their channels in another order: which of
+        :data:`nacre.numerics.channels.PERMUTATIONS`, shape (n,) or one for all.
         """
         pairs = codes[:, self.luma :].reshape(len(codes), self.chroma, 2)
         turned = (pairs @ CHROMA_PERMUTATIONS[permutation]).reshape(len(codes), 2 * self.chroma)
@@ -169,32 +150,62 @@ class NeuralBasis(PredictingBasis):
 
     @cached_property
     def prior(self) -> Prior:
-        """See :class:`LatentBasis`; codes of the training materials are :attr:`examples`."""
         return Prior.about(self.orders())
 
-    def _refined(self, brdf: Brdf, seed: int) -> Vector:
+    def _refined(self, brdf: Brdf, seed: int) -> Doubles:
         with one_blas_thread():
             return self.closest(PictureErrors(brdf, seed))
 
-    def closest(self, errors: PictureErrors) -> Vector:
-        """The code with the least sum of absolute errors and of its own absolute values."""
+    def closest(self, errors: PictureErrors) -> Doubles:
+        """The code that minimizes the sum of absolute errors and of its own absolute values."""
         pull = PRIOR * np.eye(self.code_dim, dtype=np.float32)
         common, rows = self.logarithms(errors.wi, errors.wo)
 
-        def residuals(code: Vector) -> Floats:
+        def residuals(code: Doubles) -> Floats:
             own = (PRIOR * code).astype(np.float32)
             return np.concatenate([errors.errors(decoded(common, rows, code)), own])
 
-        def jacobian(code: Vector, _: Floats) -> Floats:
+        def jacobian(code: Doubles, _: Floats) -> Floats:
             f_r = decoded(common, rows, code)
             return np.concatenate([errors.slopes(f_r, rows * f_r), pull], axis=1)
 
         return minimize(residuals, jacobian, np.zeros(self.code_dim), _STEPS, _FARTHEST)[0]
 
     def _posterior(self, samples: DirectionSamples, free_scale: bool) -> Posterior:
-        from nacre.latent.posterior import posterior
+        """Of samples only :data:`MAX_SAMPLES` count, the same each time.
 
-        return posterior(self, samples, free_scale=free_scale)
+        ln(f cos theta_i + e) is nearly linear in the code. Noise that samples state adds to what no
+        code explains.
+        """
+        if not len(samples):
+            raise ValueError("a code needs one sample or more")
+        if len(samples) > MAX_SAMPLES:
+            samples = samples[np.random.default_rng(0).permutation(len(samples))[:MAX_SAMPLES]]
+        common, rows = (a.astype(np.float64) for a in self.logarithms(samples.wi, samples.wo))
+        cosine = samples.cosine[:, None].astype(np.float64)
+        target = np.log(np.maximum(samples.rgb, 0.0) * cosine + DARK)
+        noise = 0.0 if samples.sigma is None else samples.sigma[:, None] * cosine
+        if free_scale:
+            rows = np.concatenate([rows, LOOSE * np.ones_like(rows[:1])])
+
+        def linearized(mean: Doubles) -> Linearized:
+            scaled = decoded(common, rows, mean) * cosine
+            lit = scaled + DARK
+            return Linearized(
+                target - np.log(lit), rows * (scaled / lit), noise / lit + 0.0 * scaled
+            )
+
+        return self.inferred(linearized, extra=int(free_scale))
+
+    def inferred(self, linearized: Callable[[Doubles], Linearized], extra: int = 0) -> Posterior:
+        """What observations say of a code, and of `extra` values beside it.
+
+        Codes are held to be like those of the training materials, whatever the order of their
+        channels; see :func:`nacre.latent.posterior.search`.
+        """
+        known = self.examples.astype(np.float64)
+        centers = [self.permuted(known, p) for p in range(len(CHROMA_PERMUTATIONS))]
+        return search(np.concatenate(centers), linearized, self.code_dim, extra)
 
     def decode(self, code: npt.ArrayLike, name: str = "") -> NeuralBasisBrdf:
         return NeuralBasisBrdf(self, code, name)
@@ -241,7 +252,7 @@ class NeuralBasisBrdf(CodedBrdf, NetworkBrdf):
 
     @cached_property
     def sampler(self) -> Sampler:  # type: ignore[override]  # a cached property can be replaced
-        """Lobes that the basis predicts; without a predictor, lobes fitted to the material."""
+        """Lobes that the basis predicts, or without a predictor, lobes fitted to the material."""
         predict = self.basis.predictors.get(BEST)
         return predict(self.code) if predict else fit_lobes(self)
 
@@ -258,7 +269,7 @@ class NeuralBasisBrdf(CodedBrdf, NetworkBrdf):
 
 
 def decoded(common: Floats, rows: Floats, code: Floats) -> Floats:
-    """f_r of a code from :meth:`NeuralBasis.logarithms`, in 1/sr."""
+    """f_r of a code in 1/sr, from :meth:`NeuralBasis.logarithms`."""
     logarithms = common + np.tensordot(code.astype(rows.dtype), rows, 1)
     return np.asarray(np.exp(np.minimum(logarithms, BRIGHTEST)))
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from nacre.array import Doubles, Weights
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.latent.descent import Tensor, descend, finished, free, torch
@@ -21,7 +21,7 @@ from nacre.latent.recipes import GAIN, BasisRecipe, PredictorRecipe
 from nacre.neural.inputs import ENHANCED
 from nacre.numerics.channels import CHROMA
 from nacre.numerics.mlp import RELU, dense
-from nacre.numerics.pca import Double, largest_first
+from nacre.numerics.pca import largest_first
 from nacre.runtime.progress import Progress
 
 _CODE_RATE = 4.0  # learning rate of the codes, as a multiple of that of the network
@@ -37,11 +37,10 @@ def train_neural(
 ) -> NeuralBasis:
     """A neural basis of materials.
 
-    The mean absolute difference of log(1 + 30 f cos theta_i) is brought to a minimum over the
-    network and the codes of the materials at once.
-
-    For the parameters and errors see :meth:`nacre.latent.basis.LatentBasis.train`. Memory is 12
-    bytes a direction and material.
+    The mean absolute difference of log(1 + 30 f cos theta_i) is minimized over the network and the
+    codes of the materials at once. For parameters and errors see
+    :meth:`nacre.latent.basis.LatentBasis.train`. It takes 12 bytes of memory per direction and
+    material.
     """
     if len(materials) < 2:
         raise NacreError("a neural basis needs two materials or more")
@@ -60,13 +59,11 @@ def train_neural(
 
 
 class _Training:
-    """Weights, codes and optimizer state."""
-
     def __init__(
         self,
-        inputs: npt.NDArray[np.float32],
-        cosine: npt.NDArray[np.float32],
-        f_r: npt.NDArray[np.float32],
+        inputs: Weights,
+        cosine: Weights,
+        f_r: Weights,
         recipe: BasisRecipe,
     ) -> None:
         self._recipe = recipe
@@ -89,7 +86,6 @@ class _Training:
         self._pairs = normal(0.5, materials, recipe.pairs, 2)
 
     def run(self, checkpoint: Path | None, report: Progress) -> float:
-        """All steps that are left; gives the last loss."""
         network = [*self._weights, *self._biases, self._functions]
         groups = {1.0: network, _CODE_RATE: [self._luma, self._pairs]}
         same = f"{tuple(self._f_r.shape)} {self._f_r.double().sum().item()!r}"
@@ -114,7 +110,7 @@ class _Training:
         return error[f_r >= 0.0].mean() + _PRIOR * length
 
     def basis(self, metadata: dict[str, Any]) -> NeuralBasis:
-        """The basis, for codes of mean 0 and covariance 1."""
+        """The basis, for codes with mean 0 and covariance 1."""
         luma, pairs = (c.detach().double().numpy() for c in (self._luma, self._pairs))
         functions = self._functions.detach().double().numpy()
         count, mean = luma.shape[1], luma.mean(axis=0)
@@ -136,7 +132,7 @@ class _Training:
         return NeuralBasis(hidden, output, count, codes, metadata)
 
 
-def _deviations(values: Double) -> Double:
-    """A square matrix by which rows of covariance 1 become rows of that of `values`, (n, k)."""
+def _deviations(values: Doubles) -> Doubles:
+    """A square matrix that gives rows of covariance 1 the covariance of `values`, (n, k)."""
     squares, vectors = largest_first(values.T @ values / len(values))
     return np.sqrt(np.maximum(squares, 1e-12))[:, None] * vectors.T

@@ -5,9 +5,9 @@ Acquisition". A reflectance f on the grid of the MERL database is seen as
 
     ln((f w + e) / (m w + e)),    w = max(cos theta_i cos theta_o, e),    e = 0.001,
 
-where m w is the median of f w over the training materials. From this their mean is taken off and
-the principal components of what is left describe it. The median drops out of that difference: what
-a basis keeps is its logarithm and the mean in one, which is the mean of ln(f w + e).
+where m w is the median of f w over the training materials. Their mean is subtracted, and the
+principal components of the rest describe it. The median drops out of that difference: a basis keeps
+its logarithm and the mean in one, which is the mean of ln(f w + e).
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats, Mask
+from nacre.array import Doubles, Floats, Mask
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.io.tensors import Tensors, check_numbers
-from nacre.latent.basis import LARGEST, CodedBrdf, LatentBasis, Vector, integers
+from nacre.latent.basis import LARGEST, CodedBrdf, LatentBasis, integers
 from nacre.latent.recipes import GAIN, PcaRecipe
 from nacre.measured.merl import INVALID, Resolution, node_directions, tabulate
 from nacre.measured.merl_table import SCALES, MerlBrdf
@@ -44,28 +44,8 @@ class PcaBasis(LatentBasis):
     """Principal components over the nodes of a grid at which every training material is known.
 
     A material is a code of k values. ln(f w + e) at a node is the center plus, for each value, the
-    product of the value, its standard deviation, a component and a color. Components belong to
-    one channel, so they are shared: see :mod:`nacre.latent.pca_training`.
-
-    Parameters
-    ----------
-    resolution
-        Of the grid.
-    mask
-        Nodes that take part, shape (theta_h, theta_d, phi_d).
-    center
-        Mean of ln(f w + e) over training materials and channels, shape (nodes,), float32.
-    components
-        Shape (components, nodes), float32; their products with the colors are orthonormal.
-    uses
-        Which component a value of the code is for, shape (k,).
-    colors
-        Unit color of each value, shape (k, 3); those of one component are orthogonal.
-    deviations
-        Standard deviation over the training materials that one unit of each value stands for,
-        shape (k,).
-    metadata
-        JSON-able facts about the training.
+    product of the value, its standard deviation, a component and a color. Components belong to one
+    channel, so they are shared: see :mod:`nacre.latent.pca_training`.
     """
 
     kind: ClassVar[str] = "pca"
@@ -75,12 +55,13 @@ class PcaBasis(LatentBasis):
     linear_in_log: ClassVar[bool] = True
 
     resolution: Resolution
-    mask: Mask
-    center: Floats
+    mask: Mask  # nodes that take part, shape (theta_h, theta_d, phi_d)
+    center: Floats  # mean of ln(f w + e) over materials and channels, shape (nodes,), float32
     components: Floats
-    uses: npt.NDArray[np.int64]
-    colors: Floats
-    deviations: Floats
+    """Shape (components, nodes), float32; their products with the colors are orthonormal."""
+    uses: npt.NDArray[np.int64]  # which component a value of the code is for, shape (k,)
+    colors: Floats  # unit color of each value, shape (k, 3); those of one component are orthogonal
+    deviations: Floats  # standard deviation that one unit of each value stands for, shape (k,)
     metadata: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -100,7 +81,7 @@ class PcaBasis(LatentBasis):
         components = self.components[:, nodes]
         return self.center[nodes, None] + components.T @ weights.astype(components.dtype)
 
-    def _projected(self, brdf: Brdf) -> Vector:
+    def _projected(self, brdf: Brdf) -> Doubles:
         """Least squares of logarithms over the nodes at which a reflectance is known."""
         values, known = self.values(brdf)
         logs = encoded(values, self.weights())
@@ -116,12 +97,12 @@ class PcaBasis(LatentBasis):
             raise NacreError(f"{name}: is too unlike the materials of the basis; train on more")
         return code
 
-    def _refined(self, brdf: Brdf, seed: int) -> Vector:
+    def _refined(self, brdf: Brdf, seed: int) -> Doubles:
         """The code that comes closest in log(1 + k f cos theta_i), k being :data:`GAIN`.
 
         The projection is closest in the logarithm of f w, which counts what is dark as much as what
-        is bright. From there the mean absolute difference of log(1 + k f cos theta_i) is brought to
-        a minimum over nodes drawn uniformly in the Rusinkiewicz angles.
+        is bright. From there the mean absolute difference of log(1 + k f cos theta_i) is minimized
+        over nodes drawn uniformly in the Rusinkiewicz angles.
         """
         start = self._projected(brdf)
         values, known = self.values(brdf)
@@ -136,16 +117,16 @@ class PcaBasis(LatentBasis):
         directions = self.components[:, drawn].T[:, self.uses] * self.deviations
         colors = self.colors.T.astype(np.float64)
 
-        def scaled(code: Vector) -> Vector:
+        def scaled(code: Doubles) -> Doubles:
             """The product k (f w + e) cos theta_i / w, shape (drawn, 3)."""
-            decoded: Vector = np.exp(self.logarithms(code, drawn).astype(np.float64))
+            decoded: Doubles = np.exp(self.logarithms(code, drawn).astype(np.float64))
             return decoded * slope[:, None]
 
-        def residuals(code: Vector) -> Vector:
+        def residuals(code: Doubles) -> Doubles:
             above = np.maximum(scaled(code) - EPSILON * slope[:, None], 0.0)
             return np.log1p(above) - target
 
-        def jacobian(code: Vector, _: Vector) -> Vector:
+        def jacobian(code: Doubles, _: Doubles) -> Doubles:
             decoded = scaled(code)
             rate = decoded / (1.0 + np.maximum(decoded - EPSILON * slope[:, None], 0.0))
             rows = np.einsum("nk,nc,ck->knc", directions, rate, colors, optimize=True)

@@ -1,4 +1,4 @@
-"""From materials to the principal components that they have in common."""
+"""The principal components that materials have in common."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from nacre.array import Doubles, Floats, Mask, Weights
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.latent.pca import PcaBasis, encoded, node_weights, on_grid, reflectance
@@ -24,10 +24,10 @@ def train_components(
 ) -> PcaBasis:
     """Principal components of materials, each taken with its six permutations of the channels.
 
-    Permuted materials are not made, see :class:`nacre.numerics.pca.ColoredComponents`. For the
+    Permuted materials are not made, see :class:`nacre.numerics.pca.ColoredComponents`. For
     parameters and errors see :meth:`nacre.latent.LatentBasis.train`; also raises NacreError if no
-    node of the grid is known of all materials, or there are fewer components than values. Memory is
-    12 bytes a node and material.
+    node of the grid is known in all materials, or there are fewer components than values. It takes
+    12 bytes of memory per node and material.
     """
     if len(materials) < 2:
         raise NacreError("principal components need two materials or more")
@@ -60,11 +60,11 @@ def train_components(
 
 def _tabulated(
     materials: Sequence[Callable[[], Brdf]], resolution: Resolution, report: Progress
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.bool_], list[str]]:
+) -> tuple[Weights, Mask, list[str]]:
     """ln(f w + e) at the nodes where all are known, shape (materials, 3, nodes); these; names."""
     weights = node_weights(resolution)
     mask = np.ones(resolution.dimensions, bool)
-    rows: list[npt.NDArray[np.float32]] = []
+    rows: list[Weights] = []
     names = []
     for index, load in enumerate(materials):
         brdf = load()
@@ -81,13 +81,11 @@ def _tabulated(
     return np.stack(rows), mask, names
 
 
-def _components(
-    logs: npt.NDArray[np.float32], colors: npt.NDArray[np.floating], limit: int
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float32]]:
+def _components(logs: Weights, colors: Floats, limit: int) -> tuple[Doubles, Weights]:
     """Variances of one value, and components, of the parts of materials along some colors."""
     materials, _, nodes = logs.shape
 
-    def slabs() -> Iterator[npt.NDArray[np.float64]]:
+    def slabs() -> Iterator[Doubles]:
         for start in range(0, nodes, _SLAB):
             slab = logs[:, :, start : start + _SLAB]
             part = np.einsum("gc,mcn->mgn", colors, slab, optimize=True)

@@ -13,15 +13,16 @@ from nacre.sampling.lit_views import lit_views
 
 _SINGLE = 2048  # directions of the first kind: a code has a few dozen values
 _SEEN = 10.0  # weight of the mean error of what views see, beside that of single directions
-_DARK = 1e-4  # added to what views see: of black, the gamma curve has no derivative
+_DARK = 1e-4  # added to what views see: at black, the gamma curve has no derivative
 
 
 class PictureErrors:
     """Errors of two kinds, by which the code of an isotropic material is found.
 
-    Those of log(1 + 30 f cos theta_i) at single directions; and those of radiance to the power 1 /
-    2.2 at views that see more of the material than one direction, under an even sky and under lamps
-    (:func:`lit_views`). The first alone leaves errors of one sign, which add up in such light.
+    The first are errors of log(1 + 30 f cos theta_i) at single directions; the second those of
+    radiance to the power 1 / 2.2 at views that see more of the material than one direction, under
+    an even sky and under lamps (:func:`lit_views`). The first alone leaves errors of one sign,
+    which add up in such light.
 
     Raises FormatError if `brdf` is anisotropic, NacreError if it is known at none of the
     directions, which the seed chooses.
@@ -45,10 +46,10 @@ class PictureErrors:
         self._weight_of_views = _SEEN * self._target.size / self._seen.size
 
     def errors(self, f_r: Floats) -> Floats:
-        """Errors of f_r in 1/sr at the directions, shape (n, 3); their shape is (m,).
+        """Errors (m,) of f_r in 1/sr at the directions, shape (n, 3).
 
-        Those of the second kind weigh ten times as much, as a whole. What is negative counts as 0
-        in them, and by its size in the first.
+        Those of the second kind weigh ten times as much, as a whole. Negative values count as 0 in
+        them, and by their size in the first.
         """
         u = f_r[self._single] * self._weight
         single = np.copysign(np.log1p(np.abs(u)), u) - self._target

@@ -1,4 +1,4 @@
-"""What samples of a material, however few, say of its code."""
+"""What samples of a material, however few, tell about its code."""
 
 from __future__ import annotations
 
@@ -9,17 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nacre.latent.basis import Vector
-from nacre.latent.neural_basis import NeuralBasis, decoded
-from nacre.numerics.channels import PERMUTATIONS
-from nacre.numerics.direction_samples import DirectionSamples
+from nacre.array import Doubles
 from nacre.runtime.parallel import one_blas_thread
 
-MAX_SAMPLES = 2048  # samples that count: of more, a code has nothing to learn
 UNEXPLAINED = 0.13
 """Standard deviation of ln f_r, at single pairs of directions, that no code explains."""
-DARK = 1e-3
-"""Added to f cos theta_i before logarithms."""
+DARK = 1e-3  # added to f cos theta_i before logarithms
 LOOSE = 0.3
 """Standard deviation of the logarithm of the factor of an instrument that may be wrong."""
 
@@ -28,58 +23,48 @@ _NOISES = 0.1, 0.2, 0.4  # standard deviations of the logarithm of what is left 
 _TRUST = 0.4  # power of the likelihood: neighboring directions and channels err alike
 _DOUBT = 0.15  # power of the weights of parts where codes are drawn
 _SPREAD = 0.9, 30.0
-"""Of a and b: deviations are wider by the root of a + n / b with n samples, which err alike."""
+"""a and b: deviations are wider by the root of a + n / b with n samples, which err alike."""
 _STEPS = 20
 _LONGEST, _PART = 1.0, 0.7
 """Change of a value in one step, and the part of a step that is taken: far from where it was
-linearized, the logarithm may be another one."""
-_CLOSE = 1e-2  # change of the values by which the last step is known
+linearized, the logarithm may be another one.
+"""
+_CLOSE = 1e-2  # change of the values below which a step is the last
 _TYPICAL, _FREEDOM = 0.3, 3.0
-"""Deviation of the logarithm beside which noise counts; degrees of freedom of a Student
-distribution by which outliers are known."""
+"""Deviation of the logarithm next to which noise counts; degrees of freedom of the Student
+distribution that tells outliers.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """Codes that samples leave possible: a mixture of normal distributions.
+    """Codes that samples leave possible: a mixture of normal distributions."""
 
-    Parameters
-    ----------
-    weights
-        Of the parts, shape (m,); they add up to 1.
-    means
-        Of the parts, shape (m, k); with further values, as the logarithm of the scale in
-        :data:`LOOSE`, (m, k + 1) or more.
-    deviations
-        Standard deviations of the parts along the axes, of the shape of the means.
-    axes
-        Columns are directions, orthonormal, shape (k, k) or (k + 1, k + 1).
-    code_dim
-        K.
-    doubts
-        Weights of the parts where codes are drawn, shape (m,): flatter ones, since the parts are
-        not all that a material can be like.
+    weights: Doubles  # of the m parts, which add up to 1
+    means: Doubles
+    """Means of the parts, shape (m, k); with further values, as the logarithm of the scale in
+    :data:`LOOSE`, (m, k + 1) or more.
+    """
+    deviations: Doubles  # standard deviations of the parts along the axes, shaped as the means
+    axes: Doubles  # columns are directions, orthonormal, shape (k, k) or (k + 1, k + 1)
+    code_dim: int
+    doubts: Doubles
+    """Flatter weights of the parts, (m,), by which codes are drawn: the parts are not all that a
+    material can be like.
     """
 
-    weights: Vector
-    means: Vector
-    deviations: Vector
-    axes: Vector
-    code_dim: int
-    doubts: Vector
-
     @property
-    def mean(self) -> Vector:
-        """Of the whole, shape (k,) or (k + 1,)."""
+    def mean(self) -> Doubles:
+        """Mean of the whole, shape (k,) or (k + 1,)."""
         return np.asarray(self.weights @ self.means)
 
     @property
-    def code(self) -> Vector:
-        """The code that is to be expected, shape (k,)."""
+    def code(self) -> Doubles:
+        """The expected code, shape (k,)."""
         return self.mean[: self.code_dim]
 
     @property
-    def factors(self) -> Vector:
+    def factors(self) -> Doubles:
         """What the further values stand for, shape (0,) or more: factors of what is observed."""
         return np.asarray(np.exp(LOOSE * self.mean[self.code_dim :]))
 
@@ -96,7 +81,7 @@ class Posterior:
         variance = self.weights @ (within.sum(axis=1) + (parts - middle) ** 2)
         return float(self.factors[-1]), LOOSE * math.sqrt(variance)
 
-    def draw(self, count: int, seed: int = 0) -> Vector:
+    def draw(self, count: int, seed: int = 0) -> Doubles:
         """Codes drawn from it, shape (count, k); the same seed gives the same ones."""
         random = np.random.default_rng((seed, 8))
         parts = random.choice(len(self.doubts), count, p=self.doubts)
@@ -106,91 +91,36 @@ class Posterior:
         return np.asarray(self.means[parts] + offsets)[:, : self.code_dim]
 
 
-def posterior(
-    basis: NeuralBasis,
-    samples: DirectionSamples,
-    *,
-    free_scale: bool = False,
-) -> Posterior:
-    """What samples of a material, however few, say of its code.
-
-    Before the samples are known, a code is held to be near that of a training material or of one
-    with its channels permuted, or to be anywhere in the normal distribution. ln(f cos theta_i + e)
-    is nearly linear in the code, so samples turn each of these normal distributions into another
-    one, and give how likely it was; the mixture of all is found again where its mean is linearized
-    until that stays. Noise that the samples state adds to what no code explains, and a sample that
-    is far from what the others say hardly counts.
-
-    How wide the parts are was chosen on training materials that bases of others had not seen, so
-    that intervals hold as often as they say.
-
-    Only :data:`MAX_SAMPLES` count, the same each time.
-
-    Parameters
-    ----------
-    samples
-        One or more.
-    free_scale
-        Whether all samples may be wrong by one factor, which is found too. Before they are known,
-        the standard deviation of its logarithm is :data:`LOOSE` at most.
-
-    Raises
-    ------
-    ValueError
-        If there is no sample.
-    """
-    if not len(samples):
-        raise ValueError("a code needs one sample or more")
-    if len(samples) > MAX_SAMPLES:
-        samples = samples[np.random.default_rng(0).permutation(len(samples))[:MAX_SAMPLES]]
-    common, rows = (a.astype(np.float64) for a in basis.logarithms(samples.wi, samples.wo))
-    cosine = samples.cosine[:, None].astype(np.float64)
-    target = np.log(np.maximum(samples.rgb, 0.0) * cosine + DARK)
-    noise = 0.0 if samples.sigma is None else samples.sigma[:, None] * cosine
-    if free_scale:
-        rows = np.concatenate([rows, LOOSE * np.ones_like(rows[:1])])
-
-    def linearized(mean: Vector) -> Linearized:
-        scaled = decoded(common, rows, mean) * cosine
-        lit = scaled + DARK
-        return Linearized(target - np.log(lit), rows * (scaled / lit), noise / lit + 0.0 * scaled)
-
-    return search(basis, linearized, extra=int(free_scale))
-
-
 class Linearized(NamedTuple):
-    """Logarithms of n observations in three channels, near some values to be found.
-
-    They are counted so that :data:`_NOISES` are what no code explains of them.
+    """Logarithms of n observations in three channels, near some values to be found, counted so that
+    :data:`_NOISES` are what no code explains of them.
     """
 
-    missed: Vector
-    """Observed less expected, shape (n, 3)."""
-    slopes: Vector
-    """Derivatives of the expected ones by the values, shape (k, n, 3)."""
-    noise: Vector
-    """Standard deviations beside what no code explains, shape (n, 3)."""
+    missed: Doubles  # observed less expected, shape (n, 3)
+    slopes: Doubles  # derivatives of the expected ones by the values, shape (k, n, 3)
+    noise: Doubles  # standard deviations beside what no code explains, shape (n, 3)
 
 
 def search(
-    basis: NeuralBasis, linearized: Callable[[Vector], Linearized], extra: int = 0
+    centers: Doubles,
+    linearized: Callable[[Doubles], Linearized],
+    code_dim: int,
+    extra: int = 0,
 ) -> Posterior:
-    """What observations say of a code, and of values beside it.
+    """What observations say of a code, and of `extra` values beside it.
 
-    Parameters
-    ----------
-    basis
-        Of the code.
-    linearized
-        Gives the observations near a code and further values, shape (k + extra,).
-    extra
-        How many there are of these; before anything is known, they are normally distributed about
-        0, with a standard deviation of 1 at most.
+    Before they are known, a code is held to be near one of the centers, shape (m, code_dim), or to
+    be anywhere in the normal distribution; further values are normally distributed about 0, with a
+    standard deviation of 1 at most. `linearized` gives the observations near a code and further
+    values, shape (code_dim + extra,): they turn each of these normal distributions into another
+    one, and tell how likely it was. The mixture of all is found again where its mean is linearized
+    until that stays. An observation that disagrees with the others gets little weight.
+
+    How wide the parts are was chosen on training materials that bases of others had not seen, so
+    that intervals hold as often as they say.
     """
-    known = basis.examples.astype(np.float64)
-    centers = np.concatenate([basis.permuted(known, p) for p in range(len(PERMUTATIONS))])
     centers = np.pad(centers, ((0, 0), (0, extra)))
-    mean = np.zeros(basis.code_dim + extra)
+    mean = np.zeros(code_dim + extra)
     with one_blas_thread():
         for step in range(_STEPS):
             missed, slopes, noise = linearized(mean)
@@ -200,7 +130,7 @@ def search(
             deviation = np.sqrt(variance).reshape(-1)
             flat = slopes.reshape(len(mean), -1)
             left = (missed.reshape(-1) + mean @ flat) / deviation
-            found = _mixture(left, flat / deviation, centers, basis.code_dim)
+            found = _mixture(left, flat / deviation, centers, code_dim)
             change = found.mean - mean
             if np.abs(change).max() < _CLOSE:
                 break
@@ -209,14 +139,14 @@ def search(
     return replace(found, deviations=wider * found.deviations)
 
 
-def _outlying(missed: Vector, variance: Vector) -> Vector:
+def _outlying(missed: Doubles, variance: Doubles) -> Doubles:
     """Factors (n, 1) of the variances of samples, (n, 3), by what they miss: Student's."""
     ratio = (np.square(missed) / (_TYPICAL**2 * variance)).mean(axis=1, keepdims=True)
     return np.asarray(np.maximum((_FREEDOM + ratio) / (_FREEDOM + 1.0), 1.0))
 
 
-def _mixture(values: Vector, slopes: Vector, centers: Vector, code_dim: int) -> Posterior:
-    """Codes whose products with slopes, (k, n), give values, (n,), but for noise."""
+def _mixture(values: Doubles, slopes: Doubles, centers: Doubles, code_dim: int) -> Posterior:
+    """Codes whose products with slopes, (k, n), are values, (n,), up to noise."""
     gram, product = slopes @ slopes.T, slopes @ values
     squares, axes = np.linalg.eigh(gram)
     anywhere = np.zeros((1, len(slopes)))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats
+from nacre.array import Floats, Weights
 from nacre.io.tensors import Tensors
 from nacre.latent.basis import LatentBasis, integer
 from nacre.latent.lobe_predictor import LobePredictor
@@ -19,7 +19,8 @@ from nacre.numerics.mlp import Layer
 
 BY_LABELS = " by labels"
 """End of the name of a predictor that learned from lobes of fitted models; the rest is the family.
-The name of one that learned by variance is the family alone."""
+A predictor that learned by variance is named after the family alone.
+"""
 
 
 class PredictingBasis(LatentBasis):
@@ -31,7 +32,7 @@ class PredictingBasis(LatentBasis):
     def orders(self) -> Floats:
         """Codes of the training materials with their channels in all six orders, shape (m, 6, k).
 
-        There are none (m = 0) where the basis does not keep them.
+        m is 0 where the basis does not keep them.
         """
 
     @abc.abstractmethod
@@ -39,23 +40,24 @@ class PredictingBasis(LatentBasis):
         """f_r in 1/sr of codes (n, k) at pairs of directions (d, 3), shape (n, d, 3), float32."""
 
     def predictor_bytes(self) -> int:
-        """Memory of the predictors."""
         return sum(layer.nbytes for p in self.predictors.values() for layer in p.layers)
 
     def check_predictors(self) -> None:
-        """Raise ValueError for a predictor of another family than its name says, or other codes."""
+        """Raise ValueError for a predictor of another family than its name tells, or for other
+        codes.
+        """
         for name, predictor in self.predictors.items():
             if family(name) != predictor.family or len(predictor.layers[0].weights) != (
                 self.code_dim
             ):
-                raise ValueError(f"predictor {name!r} is not of {self.code_dim} values")
+                raise ValueError(f"predictor {name!r} is not for codes of {self.code_dim} values")
 
     def _without_predictors(self) -> LatentBasis:
         return self.replaced(predictors={})
 
 
 def family(name: str) -> str:
-    """The family of a predictor's lobes, by its name in a basis."""
+    """The family of a predictor's lobes, from its name in a basis."""
     return name.removesuffix(BY_LABELS)
 
 
@@ -69,7 +71,7 @@ def pack_predictors(predictors: Mapping[str, LobePredictor]) -> tuple[dict[str, 
 
 
 def unpack_predictors(header: Mapping[str, Any], tensors: Tensors) -> dict[str, LobePredictor]:
-    """The inverse of :func:`pack_predictors`; KeyError or ValueError for what does not fit."""
+    """The inverse of :func:`pack_predictors`; KeyError or ValueError if something does not fit."""
     counts = header.get("predictors", {})
     if not isinstance(counts, dict):
         raise ValueError("predictors is not an object")
@@ -89,11 +91,10 @@ def numbered_layers(tensors: Tensors, count: int, prefix: str = "") -> list[Laye
     ]
 
 
-def no_examples(code_dim: int) -> npt.NDArray[np.float32]:
-    """What :meth:`PredictingBasis.orders` gives of a basis that keeps no codes."""
+def no_examples(code_dim: int) -> Weights:
+    """What :meth:`PredictingBasis.orders` returns where a basis keeps no codes."""
     return np.zeros((0, 6, code_dim), np.float32)
 
 
 def _prefix(name: str) -> str:
-    """Of the names of a predictor's tensors."""
     return f"predictor {name} "

@@ -1,9 +1,9 @@
 """Training of lobe predictors in PyTorch.
 
-By variance: f_r is known for any code, so the second moment of f cos(theta_i) / p under predicted
-lobes is (:mod:`nacre.sampling.moment`), and its logarithm is brought to a minimum over codes of all
-kinds. Or by labels, the NBRDF paper's way (section 3.3): lobes of models that are fitted to the
-training materials, with the squared error of their parameters.
+By variance: f_r is known for any code, and so is the second moment of f cos(theta_i) / p under
+predicted lobes (:mod:`nacre.sampling.moment`); its logarithm is minimized over codes of all kinds.
+Or by labels, the NBRDF paper's way (section 3.3): lobes of models that are fitted to the training
+materials, with the squared error of their parameters.
 """
 
 from __future__ import annotations
@@ -13,9 +13,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
-from nacre.array import Floats
+from nacre.array import Floats, Weights
 from nacre.brdf import Sampler
 from nacre.errors import NacreError
 from nacre.latent.descent import Tensor, finished, free_layer, torch
@@ -29,11 +28,7 @@ from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling.mixture_parameters import logistic
 from nacre.sampling.moment import Pairs, propose, view_pairs
-from nacre.sampling.parametrizations import (
-    PARAMETRIZATIONS,
-    Parametrization,
-    find_parametrization,
-)
+from nacre.sampling.parametrizations import PARAMETRIZATIONS, Parametrization, find_parametrization
 
 Basis = TypeVar("Basis", bound=PredictingBasis)
 
@@ -47,21 +42,8 @@ _AT_ONCE = 32  # codes that are decoded together
 def with_predictors(
     basis: Basis, recipe: PredictorRecipe | None = None, progress: Progress | None = None
 ) -> Basis:
-    """A basis together with predictors of lobes, trained on its examples by variance.
-
-    Parameters
-    ----------
-    basis
-        Those of its predictors that have other names stay.
-    recipe
-        Settings.
-    progress
-        Called as it goes on.
-
-    Raises
-    ------
-    NacreError
-        If there are no examples.
+    """A basis with predictors of lobes, trained by variance on its examples; its predictors with
+    other names stay. Raises NacreError if it has no examples.
     """
     codes = _examples(basis).reshape(-1, basis.code_dim)
     found = train_predictors(basis, codes, recipe, progress)
@@ -74,26 +56,15 @@ def with_labels(
     recipe: PredictorRecipe | None = None,
     progress: Progress | None = None,
 ) -> Basis:
-    """A basis together with predictors of lobes that learn from labels.
+    """A basis with predictors of lobes that learn from labels; its predictors with other names
+    stay.
 
-    Parameters
-    ----------
-    basis
-        Those of its predictors that have other names stay.
-    labels
-        By the name of a parametrization, lobes of the basis's examples in their order; None for
-        one that has no label. See :func:`nacre.analytic.labels.fitted_lobes`.
-    recipe
-        Settings; those of variance do not matter.
-    progress
-        Called as it goes on.
+    `labels` are, by the name of a parametrization, lobes of the basis's examples in their order,
+    None for one without a label (see :func:`nacre.analytic.labels.fitted_lobes`). Settings of the
+    recipe for variance do not matter.
 
-    Raises
-    ------
-    NacreError
-        If there are no examples, or no label of a parametrization.
-    ValueError
-        If lobes are no labels of their parametrization, or not as many as there are examples.
+    Raises NacreError if there are no examples, or no label for a parametrization; ValueError if
+    lobes do not fit their parametrization, or there are not as many as examples.
     """
     orders = _examples(basis)
     found = {}
@@ -129,21 +100,8 @@ def train_predictors(
 ) -> dict[str, LobePredictor]:
     """A predictor for every kind of sampler, by its name; trained on variance.
 
-    Parameters
-    ----------
-    basis
-        What the codes are for.
-    codes
-        Of the materials that the basis was trained on, in all orders of the channels, shape (n, k).
-    recipe
-        Settings.
-    progress
-        Called as it goes on.
-
-    Raises
-    ------
-    NacreError
-        If codes are not finite.
+    `codes` are those of the materials that the basis was trained on, in all orders of the channels,
+    shape (n, k). Raises NacreError if they are not finite.
     """
     recipe = recipe or PredictorRecipe()
     report = progress or silent
@@ -165,7 +123,7 @@ def train_predictors(
 
 
 class _TrainingSet:
-    """Floats, and what they reflect in some directions."""
+    """Codes, and what they reflect in some directions."""
 
     def __init__(
         self, basis: PredictingBasis, known: Floats, recipe: PredictorRecipe, index: int
@@ -189,8 +147,6 @@ class _TrainingSet:
 
 
 class _Training:
-    """Weights and optimizer state of one predictor."""
-
     def __init__(self, code_dim: int, family: Parametrization, recipe: PredictorRecipe) -> None:
         self._family, self.recipe = family, recipe
         self._random = np.random.default_rng((recipe.seed, 6))
@@ -201,13 +157,7 @@ class _Training:
         self._adam = torch.optim.Adam([a for layer in self._layers for a in layer])
 
     def _step(self, rate: float, loss: Tensor) -> float:
-        """One step; gives the loss.
-
-        Raises
-        ------
-        NacreError
-            If it is not finite.
-        """
+        """Take one step; returns the loss, or raises NacreError if it is not finite."""
         self._adam.param_groups[0]["lr"] = float(rate)
         self._adam.zero_grad()
         loss.backward()
@@ -218,15 +168,14 @@ class _Training:
         return value
 
     def predictor(self, name: str) -> LobePredictor:
-        """What came of it."""
         return LobePredictor(name, [finished(layer) for layer in self._layers])
 
 
 class _VarianceTraining(_Training):
-    """By the second moments of what is sampled."""
+    """Training by the second moments of what is sampled."""
 
     def run(self, sets: list[_TrainingSet]) -> Iterator[float]:
-        """All steps; each gives the geometric mean of its second moments."""
+        """Take all steps; each yields the geometric mean of its second moments."""
         for rate in schedule(self.recipe.steps, self.recipe.learning_rate):
             given = sets[self._random.integers(len(sets))]
             drawn = self._random.integers(len(given.codes), size=self.recipe.batch)
@@ -238,13 +187,13 @@ class _VarianceTraining(_Training):
 
 
 class _LabelTraining(_Training):
-    """By the places of parameters between their bounds."""
+    """Training by the places of parameters between their bounds."""
 
     def run(self, orders: Floats, places: Floats) -> Iterator[float]:
-        """All steps; each gives its mean squared error.
+        """Take all steps; each yields its mean squared error.
 
-        Codes of materials in all orders of their channels are of shape (m, 6, k), the places of
-        their parameters (m, size).
+        `orders` are codes of materials in all orders of their channels, shape (m, 6, k), `places`
+        those of their parameters, (m, size).
         """
         targets = torch.from_numpy(places.astype(np.float32))
         with one_thread():
@@ -257,11 +206,10 @@ class _LabelTraining(_Training):
                 yield self._step(rate, (logistic(free) - targets[chosen]).square().mean())
 
 
-def draw_codes(codes: Floats, count: int, random: np.random.Generator) -> npt.NDArray[np.float32]:
+def draw_codes(codes: Floats, count: int, random: np.random.Generator) -> Weights:
     """Codes to train on, shape (count, k), from those of materials, shape (n, k).
 
-    Two fifths are of materials, two fifths are mixtures of two, the others are normally
-    distributed.
+    Two fifths are of materials, two fifths mix two materials, the rest are normally distributed.
     """
     one, other = (codes[random.integers(len(codes), size=count)] for _ in range(2))
     fraction = random.uniform(*_STRETCH, (count, 1))

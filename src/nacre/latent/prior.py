@@ -3,8 +3,8 @@
 A code is like that of a training material, or like that of one with its channels in another order,
 or, seldom, anything. About each training material the density is normal, twice, close and wide,
 with a covariance of its own: that of the codes nearest to it, between which materials lie. Two
-normal distributions about 0, narrow and wide, make up for what is like no training material. So the
-whole is a mixture of normal distributions, in closed form, with derivatives.
+normal distributions about 0, narrow and wide, cover what is like no training material. So the whole
+is a mixture of normal distributions, in closed form, with derivatives.
 """
 
 from __future__ import annotations
@@ -17,23 +17,22 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from nacre.numerics.pca import Double
+from nacre.array import Doubles
 
-NEAREST = 24
-"""Codes that the covariance about a training material is of."""
+NEAREST = 24  # codes that the covariance about a training material comes from
 ROUND = 0.5
 """Weight of a round covariance of the same trace beside it, which makes it invertible."""
 SCALES = 0.2, 0.8
-"""Of the covariances about the training materials, close and wide."""
-ANYWHERE = 1.0, 4.0
-"""Variances of the normal distributions about 0."""
+"""Scales of the covariances about the training materials, close and wide."""
+ANYWHERE = 1.0, 4.0  # variances of the normal distributions about 0
 WEIGHTS = 0.15, 0.55, 0.23, 0.07
-"""Of the scales, then of the normal distributions. With these constants, the mean log density of
-codes that are left out is within 0.5 of what weights found for these very codes come to."""
+"""Weights of the scales, then of the normal distributions. With these constants, the mean log
+density of codes that are left out is within 0.5 of what weights found for these very codes reach.
+"""
 PLAUSIBLE = 0.05
-"""Fraction of the training materials that are less plausible than what is called so."""
+"""Fraction of the training materials that are less plausible than what is called plausible."""
 
-_FLOOR = 1e-4  # least variance: of materials that are all the same, the density stays finite
+_FLOOR = 1e-4  # least variance: keeps the density finite where all materials are the same
 _ROUNDS, _HALVINGS = 60, 30  # of a projection
 _CLOSE = 1e-6  # change of a code at which a projection has settled
 
@@ -41,29 +40,21 @@ _CLOSE = 1e-6  # change of a code at which a projection has settled
 class Blobs(NamedTuple):
     """Normal distributions about the training materials, with their channels in every order."""
 
-    centers: Double
-    """Shape (n, k)."""
-    whitening: Double
+    centers: Doubles  # shape (n, k)
+    whitening: Doubles
     """W, shape (n, k, k), lower triangular: the covariance is the inverse of W^T W."""
-    logarithms: Double
-    """Of the density at the center, shape (n,)."""
+    logarithms: Doubles  # of the density at the center, shape (n,)
 
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """The density of codes.
+    """The density of codes."""
 
-    Parameters
-    ----------
-    orders
-        Codes of the training materials with their channels in all orders, the order of the material
-        itself first, shape (m, orders, k). m may be 0.
-    blobs
-        About each of them, in the same order.
+    orders: Doubles
+    """Codes of the training materials with their channels in all orders, the material's own order
+    first, shape (m, orders, k). m may be 0.
     """
-
-    orders: Double
-    blobs: Blobs
+    blobs: Blobs  # about each of them, in the same order
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.orders).all():
@@ -71,7 +62,7 @@ class Prior:
 
     @classmethod
     def about(cls, orders: npt.ArrayLike) -> Prior:
-        """The density that some codes (m, orders, k) give; see the class."""
+        """The density from codes (m, orders, k) of the training materials; see the class."""
         codes = np.asarray(orders, np.float64)
         k = codes.shape[-1]
         every = codes.reshape(-1, k)
@@ -85,25 +76,24 @@ class Prior:
 
     @property
     def code_dim(self) -> int:
-        """K."""
         return int(self.orders.shape[-1])
 
-    def log_density(self, codes: npt.ArrayLike) -> Double:
+    def log_density(self, codes: npt.ArrayLike) -> Doubles:
         """Natural logarithm of the density at codes (..., k), shape (...)."""
         values = np.asarray(codes, np.float64)
         flat = values.reshape(-1, self.code_dim)
         parts = [_log_sum(self._logs(code)) for code in flat]
         return np.array(parts).reshape(values.shape[:-1])
 
-    def slope(self, codes: npt.ArrayLike) -> Double:
-        """Derivatives of the log density by the values of codes (..., k), of that shape."""
+    def slope(self, codes: npt.ArrayLike) -> Doubles:
+        """Derivatives of the log density by the values of codes (..., k), in that shape."""
         values = np.asarray(codes, np.float64)
         flat = values.reshape(-1, self.code_dim)
         found = [pull - hold @ code for code in flat for hold, pull in [self._spring(code)]]
         return np.array(found).reshape(values.shape)
 
-    def left_out(self) -> Double:
-        """Log densities of the training materials, each of the density without itself, shape (m,).
+    def left_out(self) -> Doubles:
+        """Log densities of the training materials, each in the density without itself, shape (m,).
 
         Raises ValueError if there are fewer than two.
         """
@@ -119,31 +109,17 @@ class Prior:
         return logs
 
     def level(self, fraction: float = PLAUSIBLE) -> float:
-        """Log density below which a fraction of the training materials lies; see :meth:`left_out`.
-
-        Raises ValueError if there are fewer than two training materials.
-        """
+        """Log density below which a fraction of the training materials lies."""
         return float(np.quantile(self.left_out(), fraction))
 
     def sample(
         self, count: int, seed: int = 0, like: Sequence[int] | npt.NDArray[np.int64] | None = None
-    ) -> Double:
-        """Codes drawn from the density, shape (count, k).
+    ) -> Doubles:
+        """Codes drawn from the density, shape (count, k); the same seed gives the same codes.
 
-        Parameters
-        ----------
-        count
-            How many.
-        seed
-            The same seed gives the same codes.
-        like
-            Indices of training materials: codes are then drawn about these alone, their channels as
-            they are. Of the whole density where None, which the channels' orders are equal to.
-
-        Raises
-        ------
-        ValueError
-            If `like` has no index, or there is nothing about which to draw.
+        `like` are indices of training materials: codes are then drawn about these alone, their
+        channels as they are. Without it the whole density is used, which is the same for all orders
+        of the channels. Raises ValueError if `like` is empty, or there is nothing to draw about.
         """
         random = np.random.default_rng((seed, 7))
         materials, orders, k = self.orders.shape
@@ -169,8 +145,8 @@ class Prior:
             found[index] = self.blobs.centers[blob] + math.sqrt(SCALES[kind]) * offset
         return found
 
-    def around(self, code: npt.ArrayLike, count: int, seed: int = 0) -> Double:
-        """Codes drawn as if another code (k,) were that of a training material, shape (count, k).
+    def around(self, code: npt.ArrayLike, count: int, seed: int = 0) -> Doubles:
+        """Codes drawn as if a code (k,) were that of a training material, shape (count, k).
 
         The same seed gives the same codes. Raises ValueError if there is no training material.
         """
@@ -184,17 +160,13 @@ class Prior:
         noise = random.normal(size=(count, self.code_dim))
         return np.asarray(center + np.sqrt(scales)[:, None] * (noise @ root.T), np.float64)
 
-    def project(self, code: npt.ArrayLike, fraction: float = PLAUSIBLE) -> Double:
+    def project(self, code: npt.ArrayLike, fraction: float = PLAUSIBLE) -> Doubles:
         """The closest code to another one (k,) that is as plausible as most training materials.
 
         It has the log density :meth:`level`; a code that has it already stays. The distance is
-        Euclidean. What is found is the closest in the valleys of the density that lead there, which
-        need not be the closest of all.
-
-        Raises
-        ------
-        ValueError
-            If there are fewer than two training materials.
+        Euclidean; the result is the closest in the valleys of the density that lead there, which
+        need not be the closest of all. Raises ValueError if there are fewer than two training
+        materials.
         """
         start = np.asarray(code, np.float64)
         level = self.level(fraction)
@@ -211,7 +183,7 @@ class Prior:
                 low = middle
         return best
 
-    def _settled(self, start: Double, weight: float) -> Double:
+    def _settled(self, start: Doubles, weight: float) -> Doubles:
         """Where the log density times a weight, less half the squared distance, is at a maximum."""
         code = start.copy()
         for _ in range(_ROUNDS):
@@ -224,7 +196,7 @@ class Prior:
                 break
         return code
 
-    def _logs(self, code: Double) -> Double:
+    def _logs(self, code: Doubles) -> Doubles:
         """Log densities of the parts at one code: by scale about the materials, then anywhere."""
         k, blobs = len(code), self.blobs
         lengths = np.square(self._whitened(code)).sum(axis=1)
@@ -240,13 +212,13 @@ class Prior:
         ]
         return np.concatenate([*about, anywhere])
 
-    def _whitened(self, code: Double) -> Double:
+    def _whitened(self, code: Doubles) -> Doubles:
         """A code seen from each blob, in its standard deviations, shape (n, k)."""
         away = (code - self.blobs.centers)[..., None]
         return np.asarray((self.blobs.whitening @ away)[..., 0])
 
-    def _spring(self, code: Double) -> tuple[Double, Double]:
-        """H (k, k) and g (k,) by which g - H c is the slope of the log density at a code c.
+    def _spring(self, code: Doubles) -> tuple[Doubles, Doubles]:
+        """H (k, k) and g (k,) with g - H c the slope of the log density at a code c.
 
         They are means of what holds the parts at their centers, by how likely each is here.
         """
@@ -262,7 +234,7 @@ class Prior:
         return holds.sum(axis=0) + round_part, pull
 
 
-def _root(codes: Double, center: Double, own: int) -> Double:
+def _root(codes: Doubles, center: Doubles, own: int) -> Doubles:
     """Lower triangular root of the covariance of the codes nearest to a center, seen from there.
 
     The nearest `own` of the codes (n, k) are the center itself.
@@ -274,7 +246,6 @@ def _root(codes: Double, center: Double, own: int) -> Double:
     return np.linalg.cholesky((1.0 - ROUND) * covariance + ROUND * even)
 
 
-def _log_sum(logs: Double) -> float:
-    """Logarithm of the sum of what logarithms are of."""
+def _log_sum(logs: Doubles) -> float:
     top = logs.max()
     return float(top + np.log(np.exp(logs - top).sum()))

@@ -1,4 +1,8 @@
-"""Settings of the trainings of bases and of what belongs to them."""
+"""Settings for training bases and what belongs to them; the defaults are the recommended ones.
+
+The learning rate is the peak of :func:`nacre.neural.training.schedule`; `steps` are those of the
+optimizer. The same seed gives the same result on the same machine.
+"""
 
 from __future__ import annotations
 
@@ -13,22 +17,14 @@ RESOLUTION = Resolution(90, 45, 45)  # of the grid of principal components
 
 @dataclass(frozen=True)
 class PcaRecipe:
-    """Settings of principal components; the defaults are the recommended ones.
+    """Settings of principal components."""
 
-    Parameters
-    ----------
-    code_dim
-        Number of values in a code, at most as many as the materials support.
-    resolution
-        Nodes of the grid: by default a fifth of the memory of the MERL database's own.
-    separate
-        Take each channel as a material of its own, as Nielsen et al. do: a component then has
-        three values, for red, green and blue.
-    """
-
-    code_dim: int = 32
-    resolution: Resolution = RESOLUTION
+    code_dim: int = 32  # values in a code, at most as many as the materials support
+    resolution: Resolution = RESOLUTION  # a fifth of the memory of the MERL database's own grid
     separate: bool = False
+    """Take each channel as a material of its own, as Nielsen et al. do: a component then has three
+    values, for red, green and blue.
+    """
 
     def __post_init__(self) -> None:
         check_positive(self, "code_dim")
@@ -36,36 +32,16 @@ class PcaRecipe:
 
 @dataclass(frozen=True)
 class BasisRecipe:
-    """Settings of the training of a neural basis; the defaults are the recommended ones.
+    """Settings for training a neural basis."""
 
-    Parameters
-    ----------
-    code_dim
-        Number of values in a code.
-    hidden
-        Widths of the hidden layers.
-    steps
-        Optimizer steps.
-    directions
-        Pairs of directions that the materials are known at.
-    batch
-        How many of them one step sees, of all materials.
-    learning_rate
-        Peak of the schedule of :func:`nacre.neural.training.schedule`.
-    seed
-        The same seed gives the same basis on the same machine.
-    predictors
-        Whether predictors of lobes for importance sampling are trained as well.
-    """
-
-    code_dim: int = 32
-    hidden: tuple[int, ...] = (96, 96, 96)
+    code_dim: int = 32  # values in a code
+    hidden: tuple[int, ...] = (96, 96, 96)  # widths of the hidden layers
     steps: int = 8000
-    directions: int = 1 << 16
-    batch: int = 256
+    directions: int = 1 << 16  # pairs of directions that the materials are known at
+    batch: int = 256  # how many of them one step sees, of all materials
     learning_rate: float = 5e-3
     seed: int = 0
-    predictors: bool = True
+    predictors: bool = True  # whether lobe predictors are trained as well
 
     def __post_init__(self) -> None:
         check_positive(self, "code_dim", "steps", "directions", "batch")
@@ -80,34 +56,14 @@ class BasisRecipe:
 
 @dataclass(frozen=True)
 class PredictorRecipe:
-    """Settings of the training of lobe predictors; the defaults are the recommended ones.
+    """Settings for training lobe predictors."""
 
-    Parameters
-    ----------
-    hidden
-        Width of the hidden layer.
-    codes
-        How many there are to train on: codes of materials, mixtures of two, and random ones.
-    sets
-        Sets of directions, each for an equal part of the codes.
-    lights
-        Directions to the light for each of a set's views.
-    steps
-        Optimizer steps.
-    batch
-        Codes that a step sees.
-    learning_rate
-        Peak of the schedule of :func:`nacre.neural.training.schedule`.
-    seed
-        The same seed gives the same predictor on the same machine.
-    """
-
-    hidden: int = 128
-    codes: int = 8192
-    sets: int = 16
-    lights: int = 128
+    hidden: int = 128  # width of the hidden layer
+    codes: int = 8192  # codes to train on: of materials, mixtures of two, and random ones
+    sets: int = 16  # sets of directions, each for an equal part of the codes
+    lights: int = 128  # directions to the light for each of a set's views
     steps: int = 3000
-    batch: int = 32
+    batch: int = 32  # codes that a step sees
     learning_rate: float = 1e-2
     seed: int = 0
 
@@ -117,31 +73,13 @@ class PredictorRecipe:
 
 @dataclass(frozen=True)
 class HypernetworkRecipe:
-    """Settings of the training of a hypernetwork; the defaults are the recommended ones.
+    """Settings for training a hypernetwork."""
 
-    Parameters
-    ----------
-    code_dim
-        Number of values in a code; of the neural basis, where one is trained for it.
-    width
-        Units of both of its hidden layers.
-    steps
-        Optimizer steps.
-    codes
-        Materials that one step sees.
-    directions
-        Pairs of directions at which it sees them.
-    learning_rate
-        Peak of the schedule of :func:`nacre.neural.training.schedule`.
-    seed
-        The same seed gives the same hypernetwork on the same machine.
-    """
-
-    code_dim: int = 32
-    width: int = 128
+    code_dim: int = 32  # values in a code, where a neural basis is trained for it
+    width: int = 128  # units of both of its hidden layers
     steps: int = 8000
-    codes: int = 192
-    directions: int = 64
+    codes: int = 192  # materials that one step sees
+    directions: int = 64  # pairs of directions at which it sees them
     learning_rate: float = 6e-3
     seed: int = 0
 
@@ -151,39 +89,17 @@ class HypernetworkRecipe:
 
 @dataclass(frozen=True)
 class AutoencoderRecipe:
-    """Settings of the training of an autoencoder; the defaults are the recommended ones.
+    """Settings for training an autoencoder."""
 
-    Parameters
-    ----------
-    code_dim
-        Number of values in a code.
-    width
-        Units of both hidden layers.
-    mixtures
-        Of one to four materials, that are trained on besides the materials.
-    steps
-        Optimizer steps.
-    networks
-        Networks that one step sees.
-    pixels
-        Pixels at which it sees them, of all pictures.
-    learning_rate
-        Peak of the schedule of :func:`nacre.neural.training.schedule`.
-    seed
-        The same seed gives the same autoencoder on the same machine.
-    predictors
-        Whether predictors of lobes for importance sampling are trained as well.
-    """
-
-    code_dim: int = 32
-    width: int = 256
-    mixtures: int = 12000
+    code_dim: int = 32  # values in a code
+    width: int = 256  # units of both hidden layers
+    mixtures: int = 12000  # mixtures of one to four materials to train on besides these
     steps: int = 8000
-    networks: int = 128
-    pixels: int = 96
+    networks: int = 128  # networks that one step sees
+    pixels: int = 96  # pixels at which it sees them, of all pictures
     learning_rate: float = 2e-3
     seed: int = 0
-    predictors: bool = True
+    predictors: bool = True  # whether lobe predictors are trained as well
 
     def __post_init__(self) -> None:
         check_positive(self, "code_dim", "width", "steps", "networks", "pixels")

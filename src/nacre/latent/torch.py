@@ -24,18 +24,9 @@ Tensor: TypeAlias = Any
 class CodeSpace(torch.nn.Module):  # type: ignore[misc]
     """The codes of a neural basis as a PyTorch module.
 
-    The basis is fixed: its numbers are buffers, which follow the module to another device. What an
-    optimization changes is the code.
-
-    Parameters
-    ----------
-    basis
-        A neural basis.
-
-    Raises
-    ------
-    NacreError
-        If the basis is of another kind. Codes of a hypernetwork are those of its `basis`.
+    The basis is fixed: its numbers are buffers, which follow the module to another device. An
+    optimization changes the code. Raises NacreError if the basis is of another kind; codes of a
+    hypernetwork are those of its `basis`.
 
     Examples
     --------
@@ -61,21 +52,12 @@ class CodeSpace(torch.nn.Module):  # type: ignore[misc]
             self.register_buffer(name, torch.from_numpy(np.array(array)), persistent=False)
 
     def decode(self, code: Tensor, wi: Tensor, wo: Tensor) -> Tensor:
-        """f_r in 1/sr of codes, linear RGB, without the cosine.
+        """f_r in 1/sr of codes (..., k), linear RGB, without the cosine, shape (..., 3).
 
-        Parameters
-        ----------
-        code
-            Shape (..., k).
-        wi, wo
-            Unit directions to the light and to the viewer, shapes (..., 3). All leading shapes
-            broadcast: codes (n, 1, k) and directions (m, 3) give every pair of them.
-
-        Returns
-        -------
-        tensor of shape (..., 3)
-            Positive and at most a million; 0 where either direction is at or below the horizon.
-            float64 if an input is, else float32.
+        `wi` and `wo` are unit directions to the light and to the viewer, shapes (..., 3). All
+        leading shapes broadcast: codes (n, 1, k) and directions (m, 3) give every pair of them. f_r
+        is positive and at most a million; 0 where either direction is at or below the horizon.
+        float64 if an input is, else float32.
         """
         code, wi, wo = namespace(code, wi, wo).matched(code, wi, wo)
         light, view = (w.unbind(-1) for w in torch.broadcast_tensors(wi, wo))
@@ -95,7 +77,7 @@ class CodeSpace(torch.nn.Module):  # type: ignore[misc]
         return join(above_horizon(rgb, light, view))
 
     def log_prior(self, code: Tensor) -> Tensor:
-        """Natural logarithm of the density of codes (..., k), shape (...); see
+        """Logarithm of the density of codes (..., k), shape (...); see
         :class:`nacre.latent.Prior`.
         """
         flat = code.reshape(-1, code.shape[-1])

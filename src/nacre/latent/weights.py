@@ -1,7 +1,7 @@
 """Codes that stand for ordinary networks: the paper's inputs, two hidden layers of 21, 675 weights.
 
-What such a code decodes into is a neural material like any other. It is saved, exported, sampled
-and rendered as one, with no basis at hand.
+Such a code decodes into a neural material like any other. It is saved, exported, sampled and
+rendered as one, without the basis.
 """
 
 from __future__ import annotations
@@ -14,10 +14,11 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Doubles, Weights
 from nacre.brdf import Brdf
 from nacre.io.tensors import Tensors
-from nacre.latent.basis import CodedBrdf, LatentBasis, Vector
-from nacre.latent.directions import Floats, isotropic_inputs
+from nacre.latent.basis import CodedBrdf, LatentBasis
+from nacre.latent.directions import isotropic_inputs
 from nacre.latent.neural_basis import PRIOR
 from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.recipes import GAIN
@@ -25,7 +26,6 @@ from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, NeuralBrdf, check_weights
 from nacre.numerics.levenberg_marquardt import minimize
 from nacre.numerics.mlp import Layer, forward
-from nacre.numerics.pca import Double
 from nacre.runtime.parallel import one_blas_thread
 from nacre.sampling import LobeSampledBrdf
 
@@ -44,19 +44,15 @@ AnyArray: TypeAlias = npt.NDArray[Any]
 
 
 class WeightBasis(LatentBasis):
-    """What gives weights of a network for every code.
-
-    Weights are laid out as the layers one after the other, of each the matrix by rows of inputs and
-    then the biases.
+    """A basis that turns every code into the weights of a network, layer by layer: the matrix of
+    each by rows of inputs, then its biases.
     """
 
     decodes_networks: ClassVar[bool] = True
-    LAYERS: ClassVar[tuple[str, ...]]
-    """Names of its layers."""
+    LAYERS: ClassVar[tuple[str, ...]]  # names of its layers
 
     @property
     def layers(self) -> dict[str, Layer]:
-        """The layers by name."""
         return {name: getattr(self, name) for name in self.LAYERS}
 
     @property
@@ -64,17 +60,17 @@ class WeightBasis(LatentBasis):
         return sum(layer.nbytes for layer in self.layers.values())
 
     def check_layers(self, **shapes: tuple[int, int]) -> None:
-        """Raise ValueError for a layer whose weights have another shape than that of its name."""
+        """Raise ValueError for a layer whose weights do not have the shape given by its name."""
         for name, shape in shapes.items():
             found = self.layers[name].weights.shape
             if found != shape:
                 raise ValueError(f"layer {name} is {found}, expected {shape}")
 
     @abc.abstractmethod
-    def weights(self, codes: npt.ArrayLike) -> Double:
-        """Weights of codes of shape (n, k), shape (n, 675), however long the codes are."""
+    def weights(self, codes: npt.ArrayLike) -> Doubles:
+        """Weights (n, 675) of codes of shape (n, k), however long the codes are."""
 
-    def reflectances(self, codes: Floats, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+    def reflectances(self, codes: Weights, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Weights:
         """f_r in 1/sr of codes (n, k) at pairs of directions (d, 3), shape (n, d, 3), float32."""
         inputs = isotropic_inputs(wi, wo, PAPER)
         networks = map(network_layers, self.weights(clipped(codes)))
@@ -82,31 +78,31 @@ class WeightBasis(LatentBasis):
         return np.asarray(np.maximum(np.expm1(np.minimum(y, _LARGEST)), 0.0), np.float32)
 
     @abc.abstractmethod
-    def _start(self, brdf: Brdf, errors: PictureErrors) -> Vector:
-        """The code that is refined."""
+    def _start(self, brdf: Brdf, errors: PictureErrors) -> Doubles:
+        """The code to refine."""
 
-    def _refined(self, brdf: Brdf, seed: int) -> Vector:
+    def _refined(self, brdf: Brdf, seed: int) -> Doubles:
         with one_blas_thread():
             errors = PictureErrors(brdf, seed)
             return self.refined(errors, self._start(brdf, errors))
 
-    def refined(self, errors: PictureErrors, start: npt.ArrayLike, prior: float = PRIOR) -> Vector:
+    def refined(self, errors: PictureErrors, start: npt.ArrayLike, prior: float = PRIOR) -> Doubles:
         """The code (k,) whose network comes closest to a material, near a start.
 
         The sum of the absolute errors and of the absolute values of the code, times `prior`, is
-        brought to a minimum.
+        minimized.
         """
         inputs = isotropic_inputs(errors.wi, errors.wo, PAPER)
         pull = prior * np.eye(self.code_dim)
 
-        def weights(code: Double) -> Floats:
+        def weights(code: Doubles) -> Weights:
             return np.asarray(self.weights(clipped(code)[None])[0], np.float32)
 
-        def residuals(code: Double) -> Double:
+        def residuals(code: Doubles) -> Doubles:
             y = forward(inputs, network_layers(weights(code)))
             return np.concatenate([errors.errors(np.expm1(np.minimum(y, _LARGEST))), prior * code])
 
-        def jacobian(code: Double, _: Double) -> Double:
+        def jacobian(code: Doubles, _: Doubles) -> Doubles:
             tangents = weight_tangents(self, code).astype(np.float32)
             y, rates = with_tangents(network_layers(weights(code)), inputs, tangents)
             decoded = np.exp(np.minimum(y, _LARGEST))
@@ -119,8 +115,7 @@ class WeightBasis(LatentBasis):
     def decode(self, code: npt.ArrayLike, name: str = "") -> CodedNetwork:
         """The network that a code stands for; see :class:`nacre.latent.basis.LatentBasis`.
 
-        Beyond a root mean square of 5, a code stands for what the code of that length in the same
-        direction stands for.
+        Beyond a root mean square of 5, only the direction of a code counts.
         """
         return CodedNetwork(self, code, name)
 
@@ -135,7 +130,7 @@ class CodedNetwork(CodedBrdf, LobeSampledBrdf, NeuralBrdf):
         super().__init__(layers, name=name)
 
 
-def clipped(code: npt.ArrayLike) -> Double:
+def clipped(code: npt.ArrayLike) -> Doubles:
     """Codes of shape (..., k), each clipped to a root mean square of 5."""
     values = np.asarray(code, np.float64)
     length = np.sqrt(np.square(values).mean(axis=-1, keepdims=True))
@@ -152,13 +147,12 @@ def network_layers(weights: npt.ArrayLike) -> list[Layer]:
     return layers
 
 
-def flat_weights(layers: Sequence[Layer]) -> npt.NDArray[np.float32]:
+def flat_weights(layers: Sequence[Layer]) -> Weights:
     """The 675 weights of layers, shape (675,); undoes :func:`network_layers`."""
     return np.concatenate([a.reshape(-1) for x in layers for a in (x.weights, x.biases)])
 
 
 def named_tensors(layers: dict[str, Layer]) -> Tensors:
-    """Weights and biases of layers by the layers' names."""
     return {
         f"{name}_{part}": array
         for name, layer in layers.items()
@@ -171,8 +165,8 @@ def named_layers(tensors: Tensors, names: Sequence[str]) -> dict[str, Layer]:
     return {name: Layer(tensors[f"{name}_weights"], tensors[f"{name}_biases"]) for name in names}
 
 
-def weight_tangents(basis: WeightBasis, code: npt.ArrayLike) -> Double:
-    """Derivatives of the weights of a code by its values, by differences, shape (k, 675)."""
+def weight_tangents(basis: WeightBasis, code: npt.ArrayLike) -> Doubles:
+    """Derivatives of the weights of a code by its values, from differences, shape (k, 675)."""
     values = np.asarray(code, np.float64)
     offsets = _DIFFERENCE * np.eye(len(values))
     moved = np.stack([clipped(values + o) for o in (*offsets, *-offsets)])
@@ -180,21 +174,12 @@ def weight_tangents(basis: WeightBasis, code: npt.ArrayLike) -> Double:
     return (above - below) / (2.0 * _DIFFERENCE)
 
 
-def sensitivity(weights: npt.ArrayLike, wi: Floats, wo: Floats) -> Double:
-    """How far changes of weights move networks of materials, to the first order.
+def sensitivity(weights: npt.ArrayLike, wi: Weights, wo: Weights) -> Doubles:
+    """How far changes of weights move networks of materials, to first order: M, shape (675, 675).
 
-    Parameters
-    ----------
-    weights
-        Networks, shape (n, 675).
-    wi, wo
-        Pairs of directions, shapes (m, 3).
-
-    Returns
-    -------
-    array of shape (675, 675)
-        M, where d M d is the squared change of log(1 + 30 f cos theta_i) by a change d of weights:
-        its mean over directions, channels, networks, and permutations of their channels.
+    d M d is the squared change of log(1 + 30 f cos theta_i) by a change d of weights: its mean over
+    directions, channels, networks, and permutations of their channels. `weights` are networks (n,
+    675), `wi` and `wo` pairs of directions (m, 3).
     """
     inputs, cosine = isotropic_inputs(wi, wo, PAPER), GAIN * wi[:, 2:]
     total = np.zeros((COUNT, COUNT))
@@ -213,7 +198,7 @@ def sensitivity(weights: npt.ArrayLike, wi: Floats, wo: Floats) -> Double:
 
 
 def permuted(weights: AnyArray, permutation: Sequence[int]) -> AnyArray:
-    """Networks whose channels are those of others in some order, shape (n, 675)."""
+    """Networks with their channels in another order, shape (n, 675)."""
     rows, columns = SHAPES[-1]
     last = (rows + 1) * columns
     outputs = weights[:, -last:].reshape(len(weights), rows + 1, columns)[:, :, list(permutation)]
@@ -221,8 +206,8 @@ def permuted(weights: AnyArray, permutation: Sequence[int]) -> AnyArray:
 
 
 def with_tangents(
-    layers: Sequence[Layer], inputs: Floats, tangents: Floats
-) -> tuple[Floats, Floats]:
+    layers: Sequence[Layer], inputs: Weights, tangents: Weights
+) -> tuple[Weights, Weights]:
     """ln(f_r + 1) of a network, shape (n, 3), and its derivatives along `tangents`, (k, n, 3).
 
     Tangents are directions among weights, shape (k, 675).
@@ -246,8 +231,8 @@ def with_tangents(
 def tensor_reflectance(weights: Tensor, inputs: Tensor) -> Tensor:
     """f_r in 1/sr of many networks in PyTorch as training sees it: bounded, not clamped at 0.
 
-    `weights` are of shape (networks, 675), laid out as in :class:`WeightBasis`, `inputs` (n, 6),
-    what is given (networks, n, 3).
+    `weights` are of shape (networks, 675), laid out as in :class:`WeightBasis`, `inputs` (n, 6);
+    f_r is (networks, n, 3).
     """
     sizes = [part for rows, columns in SHAPES for part in (rows * columns, columns)]
     parts = weights.split(sizes, dim=1)

@@ -3,66 +3,36 @@
 Names load on first use: importing this module brings neither Mitsuba nor an image library.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 import lazy_loader
 
 if TYPE_CHECKING:
-    from nacre.metrics.comparison import Comparison, LightComparison, compare
-    from nacre.metrics.facts import physical_facts
-    from nacre.metrics.metrics import (
-        AngularErrors,
-        ImageErrors,
-        angular_errors,
-        delta_itp,
-        flip,
-        image_errors,
-        similarity_map,
-    )
-    from nacre.metrics.noise import sampling_variance
-    from nacre.metrics.physics import (
-        Estimate,
-        albedo,
-        anisotropy,
-        known_fraction,
-        reciprocity_error,
-    )
+    from nacre.metrics.comparison import Comparison as Comparison
+    from nacre.metrics.comparison import LightComparison as LightComparison
+    from nacre.metrics.comparison import compare as compare
+    from nacre.metrics.facts import physical_facts as physical_facts
+    from nacre.metrics.metrics import AngularErrors as AngularErrors
+    from nacre.metrics.metrics import ImageErrors as ImageErrors
+    from nacre.metrics.metrics import angular_errors as angular_errors
+    from nacre.metrics.metrics import delta_itp as delta_itp
+    from nacre.metrics.metrics import flip as flip
+    from nacre.metrics.metrics import image_errors as image_errors
+    from nacre.metrics.noise import sampling_variance as sampling_variance
+    from nacre.metrics.physics import Estimate as Estimate
+    from nacre.metrics.physics import albedo as albedo
+    from nacre.metrics.physics import anisotropy as anisotropy
+    from nacre.metrics.physics import known_fraction as known_fraction
+    from nacre.metrics.physics import reciprocity_error as reciprocity_error
 
-__all__ = [
-    "AngularErrors",
-    "Comparison",
-    "Estimate",
-    "ImageErrors",
-    "LightComparison",
-    "albedo",
-    "angular_errors",
-    "anisotropy",
-    "compare",
-    "delta_itp",
-    "flip",
-    "image_errors",
-    "known_fraction",
-    "physical_facts",
-    "reciprocity_error",
-    "sampling_variance",
-    "similarity_map",
-]
-
-__getattr__, __dir__, _ = lazy_loader.attach(
+__getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "comparison": ["Comparison", "LightComparison", "compare"],
         "facts": ["physical_facts"],
         "metrics": [
-            "AngularErrors",
-            "ImageErrors",
-            "angular_errors",
-            "delta_itp",
-            "flip",
+            *("AngularErrors", "ImageErrors", "angular_errors", "delta_itp", "flip"),
             "image_errors",
-            "similarity_map",
         ],
         "noise": ["sampling_variance"],
         "physics": ["Estimate", "albedo", "anisotropy", "known_fraction", "reciprocity_error"],

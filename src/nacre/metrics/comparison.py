@@ -2,80 +2,61 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from nacre.array import Floats, Image, Mask
 from nacre.brdf import Brdf
 from nacre.latent.estimates import plausible
+from nacre.latent.intervals import interval
 from nacre.metrics.metrics import AngularErrors, ImageErrors, angular_errors, image_errors
-from nacre.metrics.plausible_views import DIRECTIONS as PLAUSIBLE_DIRECTIONS
-from nacre.metrics.plausible_views import PlausibleViews, plausible_views
 from nacre.render.environment import Environment
 from nacre.render.lights import DIRECTIONS, Light
 from nacre.render.sphere import SIZE, render_sphere, standard_lights
-
-Image = npt.NDArray[np.float32]
 
 Row = tuple[str, str, float]
 """Where it was measured ("environment", "directional", "angles", ...), the measure, its value."""
 
 
+_MATERIALS = 32  # plausible materials that are rendered
+# of light from the environment: fewer than for errors, as there are many pictures
+_PLAUSIBLE_DIRECTIONS = 96
+
+
 @dataclass(frozen=True)
 class LightComparison:
-    """The two spheres under one light.
+    """The two spheres under one light."""
 
-    Parameters
-    ----------
-    light
-        Name of the light.
-    truth, other
-        Linear pictures, shape (size, size, 3), float32.
-    flip_map
-        FLIP error of every pixel in [0, 1], shape (size, size).
-    errors
-        The figures.
-    source
-        The light itself.
-    """
-
-    light: str
-    truth: Image
+    light: str  # its name
+    truth: Image  # linear picture, shape (size, size, 3), float32; `other` likewise
     other: Image
-    flip_map: npt.NDArray[np.floating]
+    flip_map: Floats  # FLIP error of every pixel in [0, 1], shape (size, size)
     errors: ImageErrors
-    source: Light
+    source: Light  # the light itself
+
+
+@dataclass(frozen=True)
+class PlausibleViews:
+    """The sphere under one light, for what is plausible."""
+
+    low: Image  # lower ends of intervals of 90 %, linear, shape (size, size, 3); `high` likewise
+    high: Image
+    inside: float  # fraction of the reference's covered pixels and channels that lie in them
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """What :func:`compare` found.
+    """What :func:`compare` found."""
 
-    Parameters
-    ----------
-    truth, other
-        Names of the reference and of what is judged.
-    mask
-        Pixels that the sphere covers, shape (size, size).
-    lights
-        Under each light: the environment first, then the directional one.
-    angles
-        Errors over pairs of directions.
-    materials
-        The reference and what is judged.
-    plausible
-        What may be in place of the latter under the environment, where it is known from few
-        samples.
-    """
-
-    truth: str
+    truth: str  # names of the reference and of what is judged
     other: str
-    mask: npt.NDArray[np.bool_]
-    lights: tuple[LightComparison, ...]
-    angles: AngularErrors
-    materials: tuple[Brdf, Brdf]
+    mask: Mask  # pixels that the sphere covers, shape (size, size)
+    lights: tuple[LightComparison, ...]  # the environment first
+    angles: AngularErrors  # over pairs of directions
+    materials: tuple[Brdf, Brdf]  # the reference and what is judged
+    # alternatives to the latter under the environment, if known from few samples
     plausible: PlausibleViews | None = None
 
     def rows(self) -> list[Row]:
@@ -118,13 +99,13 @@ def compare(
     size
         Pixels along an edge of the pictures, at least 7; figures are comparable at one size only.
     directions
-        Light directions at a pixel under the environment.
+        Light directions per pixel under the environment.
     environment
         The map, exposed here; the package's own where None.
     seed
-        Of the pairs of directions for the angular errors.
+        Chooses the pairs of directions for the angular errors.
     progress
-        Called with the part that is done, in (0, 1].
+        Called with the fraction that is done, in (0, 1].
 
     Raises
     ------
@@ -164,14 +145,30 @@ def compare(
     )
 
 
+def plausible_views(
+    truth: Brdf, plausible: Sequence[Brdf], light: Light, size: int
+) -> PlausibleViews:
+    """Intervals of pictures, and how often the reference lies inside.
+
+    `plausible` are equally plausible materials, one or more, of which :data:`_MATERIALS` count;
+    `light` comes from :func:`nacre.render.sphere.standard_lights`; `size` is in pixels along an
+    edge; `fraction` is how often the reference should lie inside.
+    """
+    image, mask = render_sphere(truth, light, size)
+    shown = np.stack([render_sphere(brdf, light, size)[0] for brdf in plausible[:_MATERIALS]])
+    low, high = (end.astype(np.float32) for end in interval(shown))
+    inside: Mask = (image >= low) & (image <= high)
+    return PlausibleViews(low, high, float(inside[mask].mean()))
+
+
 def _plausible(
     truth: Brdf, other: Brdf, environment: Environment | None, size: int
 ) -> PlausibleViews | None:
-    """What may be in place of a material that is known from few samples; None of any other."""
+    """Views of what is as plausible as a material known from few samples; None for any other."""
     others = plausible(other)
     if not others:
         return None
-    light = standard_lights(environment, PLAUSIBLE_DIRECTIONS)["environment"]
+    light = standard_lights(environment, _PLAUSIBLE_DIRECTIONS)["environment"]
     return plausible_views(truth, others, light, size)
 
 

@@ -1,17 +1,15 @@
-"""Directions to integrate a reflectance by: fixed points, drawn where it is bright."""
+"""Directions for integrals over a reflectance: fixed points, drawn where it is bright."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.brdf import Brdf, Sampler
 from nacre.geometry import cosine_hemisphere, join, split
 from nacre.sampling.fit import fit_lobes
-
-Floats = npt.NDArray[np.floating]
 
 REPLICATES = 8
 """Independent sets of points; the spread of their results is the error estimate."""
@@ -20,7 +18,7 @@ REPLICATES = 8
 def sobol(dimensions: int, count: int, seed: int = 0) -> Floats:
     """Scrambled Sobol points in [0, 1), shape (:data:`REPLICATES`, count, dimensions).
 
-    The count of points a set is a power of two.
+    The number of points per set is a power of two.
     """
     from scipy.stats import qmc
 
@@ -35,11 +33,8 @@ def sobol(dimensions: int, count: int, seed: int = 0) -> Floats:
 class Proposal:
     """A reflectance's own sampler and the cosine, in equal parts (balance heuristic).
 
-    Parameters
-    ----------
-    brdf
-        Its sampler is taken; where that is only the cosine, lobes are fitted first, so that a
-        sharp highlight is found in any case.
+    Where the sampler is only the cosine, lobes are fitted first, so that a sharp highlight is found
+    in any case.
     """
 
     def __init__(self, brdf: Brdf) -> None:
@@ -50,7 +45,7 @@ class Proposal:
         """Directions to the light, shape (..., 2 n, 3): one from each part for each point.
 
         `wo` are float64 and `u` lie in [0, 1), both of shape (..., n, 3). Some directions lie below
-        the horizon; they stand for nothing reflected.
+        the horizon, where nothing is reflected.
         """
         wo, u = np.broadcast_arrays(wo, u)
         with np.errstate(all="ignore"):
@@ -60,20 +55,20 @@ class Proposal:
         return np.where(np.isfinite(drawn).all(axis=-1, keepdims=True), drawn, (0.0, 0.0, -1.0))
 
     def density(self, wi: Floats, wo: Floats) -> Floats:
-        """Density in 1/sr of `wi` given `wo`, shape (...), as one draw of either part has it."""
+        """Density in 1/sr of `wi` given `wo`, shape (...), for one draw from either part."""
         with np.errstate(all="ignore"):
             own = self._own.pdf_components(split(wi), split(wo))
         own = np.where((wi[..., 2] > 0) & (wo[..., 2] > 0) & np.isfinite(own), own, 0.0)
         return 0.5 * (own + np.maximum(wi[..., 2], 0.0) / math.pi)
 
 
-def draw_pairs(proposal: Proposal, count: int, seed: int = 0) -> tuple[Floats, Floats]:
-    """Pairs (wi, wo), shapes (:data:`REPLICATES`, 2 count, 3), of :func:`pair_density`."""
-    u = sobol(5, count, seed)
+def draw_pairs(proposal: Proposal, count: int) -> tuple[Floats, Floats]:
+    """Pairs (wi, wo), shapes (:data:`REPLICATES`, 2 count, 3), with :func:`pair_density`."""
+    u = sobol(5, count)
     wo = join(cosine_hemisphere(u[..., 3], u[..., 4]))
     return proposal.draw(wo, u[..., :3]), np.concatenate([wo, wo], axis=-2)
 
 
 def pair_density(proposal: Proposal, wi: Floats, wo: Floats) -> Floats:
-    """Density of a drawn pair in 1/sr^2: views by their cosine, lights as the proposal has them."""
+    """Density of a drawn pair in 1/sr^2: views by their cosine, lights by the proposal."""
     return np.maximum(wo[..., 2], 0.0) / math.pi * proposal.density(wi, wo)

@@ -14,8 +14,7 @@ from nacre.runtime.parallel import one_blas_thread
 from nacre.sampling.energy import VIEWS as CERTIFIED_VIEWS
 from nacre.sampling.energy import certify
 
-VIEWS = tuple(range(0, 90, 5))
-"""Polar angles in degrees of the views that albedos are taken at."""
+VIEWS = tuple(range(0, 90, 5))  # polar angles in degrees of the views that albedos are taken at
 
 AZIMUTHS = tuple(range(0, 360, 45))
 """Their azimuths in degrees; the first alone where the material is isotropic."""
@@ -31,22 +30,15 @@ UNITS = {
     "reciprocity error": "0 is reciprocal, 2 the most",
     "anisotropy": "0 is isotropic, 2 the most",
 }
-"""What the values of :func:`physical_facts` are in."""
+"""Units of the values of :func:`physical_facts`."""
 
 
 def physical_facts(brdf: Brdf) -> dict[str, Any]:
     """Energy, reciprocity, anisotropy and what is known of a reflectance, for people and for JSON.
 
-    Parameters
-    ----------
-    brdf
-        Any reflectance; about 350,000 evaluations, twice as many if anisotropic.
-
-    Returns
-    -------
-    dict
-        Numbers, texts and lists of them; :data:`UNITS` has their units. Definitions are in
-        :mod:`nacre.metrics.physics`. A figure that nothing is known of is None.
+    Numbers, texts and lists of them; :data:`UNITS` has their units, :mod:`nacre.metrics.physics`
+    the definitions. A figure about which nothing is known is None. It takes about 350,000
+    evaluations, twice as many for an anisotropic reflectance.
     """
     with one_blas_thread():
         proposal = Proposal(brdf)
@@ -73,7 +65,6 @@ def physical_facts(brdf: Brdf) -> dict[str, Any]:
 
 
 def _energy(brdf: Brdf, proposal: Proposal) -> dict[str, Any]:
-    """Facts about the albedo."""
     theta = np.radians(VIEWS)
     phi = np.radians(AZIMUTHS[:1] if brdf.isotropic else AZIMUTHS)
     count = 1024 if brdf.isotropic else 256

@@ -1,4 +1,4 @@
-"""Numbers that say how far apart two pictures, or two reflectances, are."""
+"""Numbers that tell how far apart two pictures, or two reflectances, are."""
 
 from __future__ import annotations
 
@@ -6,91 +6,52 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from nacre.array import Floats, Mask
 from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.errors import NacreError, require
 from nacre.geometry import join, uniform_rusinkiewicz
 
-Floats = npt.NDArray[np.floating]
-Mask = npt.NDArray[np.bool_]
-
-PAIRS = 100_000
-"""Pairs of directions drawn for :func:`angular_errors`."""
+PAIRS = 100_000  # pairs of directions drawn for angular_errors
 
 
 @dataclass(frozen=True)
 class ImageErrors:
-    """Errors of a picture after tone mapping to [0, 1].
+    """Errors of a picture after tone mapping to [0, 1], over the covered pixels and channels."""
 
-    Parameters
-    ----------
-    mae, rmse
-        Mean absolute and root mean square error over the covered pixels and channels.
-    psnr
-        -20 log10(rmse) in dB; infinite for equal pictures.
-    ssim
-        Structural similarity (Wang et al. 2004) over the frame, color channels averaged; 1 for
-        equal pictures.
-    flip
-        Mean of the LDR-FLIP map (Andersson et al. 2020) over the covered pixels; 0 for equal
-        pictures.
-    """
-
-    mae: float
-    rmse: float
-    psnr: float
+    mae: float  # mean absolute error
+    rmse: float  # root mean square error
+    psnr: float  # -20 log10(rmse) in dB; infinite for equal pictures
     ssim: float
+    """Structural similarity (Wang et al. 2004) over the frame, color channels averaged; 1 for equal
+    pictures."""
     flip: float
+    """Mean of the LDR-FLIP map (Andersson et al. 2020); 0 for equal pictures."""
 
 
 @dataclass(frozen=True)
 class AngularErrors:
-    """Errors of a reflectance over pairs of directions.
+    """Errors of a reflectance over pairs of directions."""
 
-    Parameters
-    ----------
-    count
-        Valid pairs that the figures rest on.
-    log_cosine
-        Mean over pairs and channels of |log(1 + f cos theta_i) - log(1 + g cos theta_i)|, the loss
-        of the NBRDF paper (equation 1).
-    log_cosine_p95
-        95th percentile over pairs of the same, channels averaged.
-    relative_median
-        Median over pairs and channels of |g - f| / f where f > 0.
-    rmse_cosine
-        Root mean square of (g - f) cos theta_i in 1/sr: dominated by the highlight.
-    """
-
-    count: int
+    count: int  # valid pairs that the figures rest on
     log_cosine: float
-    log_cosine_p95: float
-    relative_median: float
-    rmse_cosine: float
+    """Mean over pairs and channels of |log(1 + f cos theta_i) - log(1 + g cos theta_i)|, the loss
+    of the NBRDF paper (equation 1)."""
+    log_cosine_p95: float  # its 95th percentile over pairs, channels averaged
+    relative_median: float  # median over pairs and channels of |g - f| / f where f > 0
+    rmse_cosine: float  # root mean square of (g - f) cos theta_i in 1/sr: the highlight dominates
 
 
 def image_errors(
     truth: Floats, other: Floats, mask: Mask | None = None, gamma: float = 2.2
 ) -> tuple[ImageErrors, Floats]:
-    """Errors of a linear picture against a true one, after tone mapping.
+    """Errors of a linear picture against a true one after tone mapping, and the FLIP error of every
+    pixel in [0, 1], shape (height, width), float32.
 
-    Parameters
-    ----------
-    truth, other
-        Linear RGB, shapes (height, width, 3), at least 7 x 7; clipped to [0, 1], then gamma.
-    mask
-        Pixels that count, shape (height, width); all where None.
-    gamma
-        Exponent of the display.
-
-    Returns
-    -------
-    errors
-        The figures.
-    flip_map
-        FLIP error of every pixel in [0, 1], shape (height, width), float32.
+    Pictures are linear RGB, shapes (height, width, 3), at least 7 x 7; clipped to [0, 1], then
+    raised to 1 / `gamma`. Pixels count where the mask, shape (height, width), is true; all without
+    one.
 
     Raises
     ------
@@ -107,59 +68,22 @@ def image_errors(
     a, b = tone_map(truth, gamma), tone_map(other, gamma)
     difference = a[covered].astype(np.float64) - b[covered]
     rmse = math.sqrt(np.mean(difference**2))
-    flip_map = flip(a, b)
+    metrics, flip_map = require("skimage.metrics", "render"), flip(a, b)
     errors = ImageErrors(
         mae=float(np.mean(np.abs(difference))),
         rmse=rmse,
         psnr=-20.0 * math.log10(rmse) if rmse > 0.0 else math.inf,
-        ssim=_structural_similarity(a, b)[0],
+        ssim=float(metrics.structural_similarity(a, b, channel_axis=-1, data_range=1.0)),
         flip=float(np.mean(flip_map[covered])),
     )
     return errors, flip_map
 
 
-def similarity_map(truth: Floats, other: Floats) -> Floats:
-    """Structural similarity about every pixel of two tone-mapped pictures.
-
-    Parameters
-    ----------
-    truth, other
-        Values of display in [0, 1], shapes (height, width, 3), at least 7 x 7.
-
-    Returns
-    -------
-    array of shape (height, width)
-        SSIM (Wang et al. 2004) of a 7 x 7 window, color channels averaged; 1 where equal.
-
-    Raises
-    ------
-    MissingExtraError
-        If scikit-image is not installed.
-    """
-    return _structural_similarity(truth, other)[1]
-
-
-def _structural_similarity(truth: Floats, other: Floats) -> tuple[float, Floats]:
-    """SSIM of two pictures of display values, and its map with channels averaged."""
-    metrics = require("skimage.metrics", "render")
-    mean, whole = metrics.structural_similarity(
-        truth, other, channel_axis=-1, data_range=1.0, full=True
-    )
-    return float(mean), np.asarray(whole).mean(axis=-1)
-
-
 def flip(truth: Floats, other: Floats) -> Floats:
-    """LDR-FLIP error map of two tone-mapped pictures at 67 pixels a degree.
+    """LDR-FLIP error map of two tone-mapped pictures at 67 pixels per degree.
 
-    Parameters
-    ----------
-    truth, other
-        Values of display in [0, 1], shapes (height, width, 3).
-
-    Returns
-    -------
-    array of shape (height, width)
-        Perceived difference in [0, 1], float32.
+    Pictures are display values in [0, 1], shapes (height, width, 3); the map is the perceived
+    difference in [0, 1], shape (height, width), float32.
     """
     evaluator = require("flip_evaluator", "render")
     images = (np.ascontiguousarray(image, dtype=np.float32) for image in (truth, other))
@@ -169,27 +93,14 @@ def flip(truth: Floats, other: Floats) -> Floats:
 
 
 def delta_itp(truth: Floats, other: Floats, white: float = 203.0) -> Floats:
-    """Color differences Delta E_ITP of two pictures (ITU-R BT.2124), of 1 where just visible.
+    """Color differences Delta E_ITP of two pictures (ITU-R BT.2124), from 0 up: 1 is just visible.
 
-    Of the measures that Kavoosighafi et al. 2025, "Perceived quality of BRDF models", compare with
-    what people judge of rendered materials, this one follows them best.
+    Among the measures that Kavoosighafi et al. 2025, "Perceived quality of BRDF models", compare
+    with how people judge rendered materials, this one follows them best.
 
-    Parameters
-    ----------
-    truth, other
-        Linear Rec. 709 RGB, shapes (..., 3); clipped to [0, 1], as displays show it.
-    white
-        Luminance of 1 on the display in cd/m^2; that of reference white (ITU-R BT.2408) by default.
-
-    Returns
-    -------
-    array of shape (...)
-        From 0 up.
-
-    Raises
-    ------
-    MissingExtraError
-        If colour-science is not installed.
+    Pictures are linear Rec. 709 RGB, shapes (..., 3), clipped to [0, 1] as displays show them;
+    `white` is the luminance of 1 on the display in cd/m^2, by default that of reference white
+    (ITU-R BT.2408). Raises MissingExtraError if colour-science is not installed.
     """
     colour = require("colour", "spectral")
     wide = [
@@ -203,19 +114,8 @@ def delta_itp(truth: Floats, other: Floats, white: float = 203.0) -> Floats:
 def angular_errors(truth: Brdf, other: Brdf, count: int = PAIRS, seed: int = 0) -> AngularErrors:
     """Errors of a reflectance over pairs of directions uniform in Rusinkiewicz angles.
 
-    Parameters
-    ----------
-    truth, other
-        The reference and what is judged.
-    count
-        Pairs to draw; those below the horizon, or without a valid sample in `truth`, do not count.
-    seed
-        Of the pairs.
-
-    Raises
-    ------
-    NacreError
-        If `truth` is valid at none of them.
+    Of `count` pairs, which the seed chooses, those below the horizon or without a valid sample in
+    `truth` are left out. Raises NacreError if `truth` is valid at none of them.
     """
     generator = np.random.default_rng(seed)
     u = generator.random((4, count), dtype=np.float32)

@@ -1,4 +1,4 @@
-"""How noisy a reflectance is by its own sampler."""
+"""How noisy a reflectance is with its own sampler."""
 
 from __future__ import annotations
 
@@ -12,31 +12,22 @@ from nacre.sampling.moment import propose
 _DARK = 0.1
 """Albedo of a channel, relative to the brightest, below which its noise counts less."""
 _PER_VIEW = 4096
-_SEED = 1
-"""Of the directions: others than those that lobes are fitted to."""
+_SEED = 1  # of the directions: others than those that lobes are fitted to
 
 
 def sampling_variance(brdf: Brdf) -> float:
     """Variance of one sample f_r cos(theta_i) / p, relative to the squared albedo.
 
     The mean over channels, and over views as an orthographic picture of a sphere has them; that of
-    n samples is the n-th part. It is integrated over directions that no material decides
+    n samples is the n-th part. It is integrated over directions that do not depend on the material
     (:func:`nacre.sampling.moment.propose`), so that what a sampler hardly ever finds counts too.
 
-    Parameters
-    ----------
-    brdf
-        Any reflectance; :attr:`nacre.Brdf.sampler` draws.
-
-    Returns
-    -------
-    float
-        From 0 up; infinite where light is reflected that the sampler never finds; NaN of black.
+    From 0 up; infinite where light is reflected that the sampler never finds; NaN for black.
     """
     proposal = propose(_SEED, _PER_VIEW)
     wi, wo, density = proposal.wi, proposal.wo, proposal.density
     above = np.isfinite(density)
-    with np.errstate(all="ignore"):  # of a wild reflectance
+    with np.errstate(all="ignore"):  # a wild reflectance may overflow
         value = np.nan_to_num(brdf.eval(wi, wo) * wi[..., 2:], posinf=0.0) * above[..., None]
     pdf = brdf.pdf(wi, wo) * above
     if (value.max(axis=-1) > 0.0)[pdf == 0.0].any():

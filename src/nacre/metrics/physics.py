@@ -1,5 +1,5 @@
-"""What physics asks of a reflectance: that it gives back no more light than it gets, and the same
-when light and viewer change places; and how much it changes when the surface turns.
+"""What physics demands of a reflectance: that it gives back no more light than it gets, and the
+same when light and viewer change places; and how much it changes when the surface turns.
 
 Integrals are taken over fixed points (scrambled Sobol sets), drawn by the reflectance's own sampler
 and by the cosine with the balance heuristic: the same call gives the same figures. Standard errors
@@ -15,27 +15,20 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Floats, Mask
 from nacre.brdf import Brdf
 from nacre.geometry import from_spherical, join, uniform_hemisphere
 from nacre.metrics.draws import REPLICATES, Proposal, draw_pairs, pair_density, sobol
 from nacre.runtime.parallel import thread_map
-
-Floats = npt.NDArray[np.floating]
-Mask = npt.NDArray[np.bool_]
 
 _ROTATIONS = 16
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """An integral and how far off it may be.
+    """An integral, and its standard error in the same shape.
 
-    Parameters
-    ----------
-    value
-        The figure, of any shape.
-    error
-        Its standard error, of the same shape. It does not see a highlight that every set missed.
+    The error does not include a highlight that every set missed.
     """
 
     value: Floats
@@ -53,7 +46,7 @@ def albedo(
 ) -> Estimate:
     """Directional albedo: the integral of f_r(wi, wo) cos theta_i over all wi, for given wo.
 
-    Of a reciprocal material it is the part of the light from wo that is reflected at all.
+    For a reciprocal material it is the part of the light from wo that is reflected at all.
 
     Parameters
     ----------
@@ -62,9 +55,9 @@ def albedo(
     theta, phi
         Polar angle and azimuth of wo in radians, shapes (...) that broadcast.
     count
-        Points a set, a power of two.
+        Points per set, a power of two.
     seed
-        Of the points.
+        Chooses the points.
     proposal
         Where points are drawn; made from `brdf` where None.
 
@@ -102,21 +95,17 @@ def albedo(
 
 
 def reciprocity_error(
-    brdf: Brdf, *, count: int = 1024, seed: int = 0, proposal: Proposal | None = None
+    brdf: Brdf, *, count: int = 1024, proposal: Proposal | None = None
 ) -> Estimate:
     """How much f_r changes when light and viewer change places.
 
     The integral of |f_r(wi, wo) - f_r(wo, wi)| cos theta_i cos theta_o over both hemispheres and
     the channels, divided by that of the mean of both: from 0, reciprocal, to 2. Only pairs known
-    both ways count; NaN where there are none or nothing is reflected.
-
-    Parameters
-    ----------
-    brdf, count, seed, proposal
-        As for :func:`albedo`.
+    both ways count; NaN where there are none or nothing is reflected. Parameters are those of
+    :func:`albedo`.
     """
     proposal = proposal or Proposal(brdf)
-    wi, wo = draw_pairs(proposal, count, seed)
+    wi, wo = draw_pairs(proposal, count)
     # Both integrands are symmetric: a pair may count as drawn in either order.
     density = 0.5 * (pair_density(proposal, wi, wo) + pair_density(proposal, wo, wi))
     weight = _pair_weight(wi, wo, density, brdf.valid(wi, wo) & brdf.valid(wo, wi))
@@ -125,24 +114,17 @@ def reciprocity_error(
         return _ratio(np.abs(f - g).sum(axis=-1), 0.5 * (f + g).sum(axis=-1), weight)
 
 
-def anisotropy(
-    brdf: Brdf, *, count: int = 256, seed: int = 0, proposal: Proposal | None = None
-) -> Estimate:
+def anisotropy(brdf: Brdf, *, count: int = 256, proposal: Proposal | None = None) -> Estimate:
     """How much f_r changes when the surface turns about its normal.
 
     The integral of the mean absolute difference of f_r from its mean over 16 rotations of both
     directions, with both cosines, over both hemispheres and the channels, divided by that of the
-    mean: from 0, isotropic, to below 2. The mean is the isotropic material that comes nearest (in
-    the least squares sense). Only pairs known at every rotation count; NaN where there are none or
-    nothing is reflected.
-
-    Parameters
-    ----------
-    brdf, count, seed, proposal
-        As for :func:`albedo`.
+    mean: from 0, isotropic, to below 2. The mean is the closest isotropic material in the least
+    squares sense. Only pairs known at every rotation count; NaN where there are none or nothing is
+    reflected. Parameters are those of :func:`albedo`.
     """
     proposal = proposal or Proposal(brdf)
-    wi, wo = draw_pairs(proposal, count, seed)
+    wi, wo = draw_pairs(proposal, count)
     turns = [(_turn(wi, k), _turn(wo, k)) for k in range(_ROTATIONS)]
     # Both integrands are the same for all turns of a pair: it may count as drawn at any of them.
     density = np.mean([pair_density(proposal, *pair) for pair in turns], axis=0)
@@ -154,15 +136,9 @@ def anisotropy(
         return _ratio(spread.sum(axis=-1), mean.sum(axis=-1), weight)
 
 
-def known_fraction(brdf: Brdf, *, count: int = 2048, seed: int = 0) -> float:
-    """Fraction of pairs of directions at which f_r is known, uniform over solid angle, in [0, 1].
-
-    Parameters
-    ----------
-    brdf, count, seed
-        As for :func:`albedo`.
-    """
-    u = sobol(4, count, seed)
+def known_fraction(brdf: Brdf) -> float:
+    """Fraction of pairs of directions, by solid angle, at which f_r is known, in [0, 1]."""
+    u = sobol(4, 2048)
     wi, wo = (join(uniform_hemisphere(u[..., k], u[..., k + 1])) for k in (0, 2))
     return float(brdf.valid(wi, wo).mean())
 
@@ -187,7 +163,7 @@ def _pair_weight(wi: Floats, wo: Floats, density: Floats, known: Mask) -> Floats
 
 
 def _ratio(part: Floats, whole: Floats, weight: Floats) -> Estimate:
-    """A ratio of weighted sums, from one of each a set."""
+    """A ratio of weighted sums, from one of each per set."""
     part, whole = ((values * weight).sum(axis=-1) for values in (part, whole))
     with np.errstate(all="ignore"):
         return _estimate(part.sum() / whole.sum(), (part / whole)[:, None])

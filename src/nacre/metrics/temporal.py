@@ -13,37 +13,20 @@ from nacre.errors import NacreError
 
 @dataclass(frozen=True)
 class TemporalErrors:
-    """Means over pixels and channels of two animations of the same frames.
+    """Means over pixels and channels of two animations with the same frames."""
 
-    Parameters
-    ----------
-    mse
-        Squared difference, over frames too.
-    variance
-        Variance of the difference over frames: the part of `mse` that does not stand still.
-    truth_steps, other_steps
-        Squared change of the truth, and of the other, from each frame to the next.
-    error_steps
-        Squared change of the difference from each frame to the next.
-    """
-
-    mse: float
-    variance: float
-    truth_steps: float
-    other_steps: float
-    error_steps: float
+    mse: float  # squared difference, over frames too
+    variance: float  # of the difference over frames: the part of `mse` that does not stand still
+    truth_steps: float  # squared change from each frame to the next: of the truth,
+    other_steps: float  # of the other,
+    error_steps: float  # of the difference
 
 
 def temporal_errors(frames: Iterable[tuple[Floats, Floats]]) -> TemporalErrors:
     """Compare two animations as they are shown, clipped to [0, 1], in the memory of a few frames.
 
-    Frames are the truth and the other, linear and of shape (height, width, 3). In one frame alone
-    nothing changes.
-
-    Raises
-    ------
-    NacreError
-        If there is no frame.
+    Frames are pairs of the truth and the other, linear, of shape (height, width, 3). Raises
+    NacreError if there is no frame.
     """
     count = 0
     mse = variance = 0.0

@@ -20,25 +20,15 @@ _BLOCK = 1 << 26
 
 @dataclass(frozen=True, eq=False)
 class TextureComparison:
-    """What :func:`compare_textures` found.
+    """What :func:`compare_textures` found."""
 
-    Parameters
-    ----------
-    errors
-        Over all texels.
-    texels
-        Mean squared error of every texel, shape (height, width).
-    compared
-        Pairs of directions that were compared.
-    """
+    errors: Errors  # over all texels
+    texels: Floats  # mean squared error of every texel, shape (height, width)
+    compared: int  # pairs of directions that were compared
 
-    errors: Errors
-    texels: Floats
-    compared: int
-
-    def worst(self, count: int = 5) -> list[tuple[int, int, float]]:
-        """Column, row and mean squared error of the texels with the largest errors."""
-        order = np.argsort(self.texels, axis=None)[::-1][:count]
+    def worst(self) -> list[tuple[int, int, float]]:
+        """Column, row and mean squared error of the five texels with the largest errors."""
+        order = np.argsort(self.texels, axis=None)[::-1][:5]
         rows, columns = np.unravel_index(order, self.texels.shape)
         return [
             (int(x), int(y), float(self.texels[y, x])) for y, x in zip(rows, columns, strict=True)
@@ -48,10 +38,7 @@ class TextureComparison:
 def matched(truth: Btf, other: Btf) -> Btf:
     """The other texture at the pairs of directions of the first.
 
-    Raises
-    ------
-    NacreError
-        If they have other sizes, or the other is known at other pairs only.
+    Raises NacreError if they have different sizes, or the other is known only at other pairs.
     """
     sizes = [f"{btf.width} x {btf.height}" for btf in (truth, other)]
     if sizes[0] != sizes[1]:
@@ -71,24 +58,10 @@ def compare_textures(
 ) -> TextureComparison:
     """Errors of a texture at the directions of the truth.
 
-    Parameters
-    ----------
-    truth, other
-        Textures that :func:`matched` takes. Both are read by runs of texels; see
-        :func:`nacre.measured.textures.transposed` for one that lies in images.
-    pairs
-        Random pairs of directions that are compared; all where None.
-    seed
-        Of those.
-    progress
-        Called with the texels done.
-
-    Raises
-    ------
-    FormatError
-        If a texture cannot be read.
-    NacreError
-        See :func:`matched`.
+    Both textures, as :func:`matched` takes them, are read by runs of texels; see
+    :func:`nacre.measured.textures.transposed` for one that lies in images. So many random `pairs`
+    of directions are compared, which the seed chooses; all where None. Raises FormatError if a
+    texture cannot be read, NacreError as :func:`matched`.
     """
     other = matched(truth, other)
     chosen: slice | npt.NDArray[Any] = slice(None)

@@ -7,44 +7,29 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from nacre.array import Floats
+from nacre.array import Doubles, Floats
 
-BIN = 15.0
-"""Degrees of polar angle of the view of a bin."""
+BIN = 15.0  # degrees of polar angle of the view per bin
 UNITS = {"MAE": "reflectance factor", "PSNR": "dB, for a peak of 1"}
-"""What :meth:`Errors.facts` are in, where they have a unit."""
+"""Units of :meth:`Errors.facts`, where they have one."""
 _BINS = round(90.0 / BIN)
-_EDGE = 0.05
-"""Degrees that a ring on an edge may be off."""
+_EDGE = 0.05  # degrees that a ring on an edge may be off
 
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of reflectance factors over texels, pairs of directions and channels.
+    """Errors of reflectance factors over texels, pairs of directions and channels."""
 
-    Parameters
-    ----------
-    count
-        Values that were compared.
-    mse
-        Mean squared error.
-    mae
-        Mean absolute error.
-    relative
-        Root of the mean squared error over that of the mean square of the truth; NaN where the
-        truth is black.
-    by_elevation
-        Of each range of polar angles of the view that has pairs: its ends in degrees, and the mean
-        squared error.
-    """
-
-    count: int
-    mse: float
-    mae: float
+    count: int  # values that were compared
+    mse: float  # mean squared error
+    mae: float  # mean absolute error
     relative: float
+    """Root of the mean squared error over that of the mean square of the truth; NaN where the truth
+    is black."""
     by_elevation: tuple[tuple[float, float, float], ...]
+    """For each range of polar angles of the view that has pairs: its ends in degrees, and the mean
+    squared error."""
 
     @property
     def psnr(self) -> float:
@@ -65,16 +50,16 @@ class Errors:
         }
 
     def shown(self) -> tuple[dict[str, Any], dict[str, float]]:
-        """The facts for people, whose PSNR may be infinite, and apart from them those by view."""
+        """The facts for people, whose PSNR may be infinite, and separately those by view."""
         facts = self.facts()
         by_view = facts.pop("MSE x 1e4 by view")
         return facts | {"PSNR": self.psnr}, by_view
 
 
 class ErrorSums:
-    """Adds up errors of parts of a texture, on from the sums of an earlier one."""
+    """Adds up errors of parts of a texture, starting from the sums of an earlier one."""
 
-    def __init__(self, sums: npt.NDArray[np.float64] | None = None) -> None:
+    def __init__(self, sums: Doubles | None = None) -> None:
         self.sums = np.zeros((_BINS, 4)) if sums is None else sums.copy()
         """Of each range of views: values, squared errors, absolute errors, squared truth."""
         if self.sums.shape != (_BINS, 4) or self.sums.dtype != np.float64:

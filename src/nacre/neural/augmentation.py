@@ -1,9 +1,8 @@
 """Samples between and beyond those of a scan, from the interpolation of the scan.
 
-Without them a network is free to do as it likes where nothing was measured, toward the horizon
-above all, where a highlight is still rising at the last angle that was measured. Interpolation is
-kept within the range of the nearest samples, so samples of it say: go on as the last samples
-were, and no higher.
+Without them a network does as it likes where nothing was measured, above all toward the horizon,
+where a highlight is still rising at the last measured angle. Interpolation is kept within the range
+of the nearest samples, so its samples say: go on as the last ones were, and no higher.
 """
 
 from __future__ import annotations
@@ -19,8 +18,8 @@ from nacre.numerics.direction_samples import DirectionSamples, Scattered
 from nacre.runtime.parallel import thread_map
 
 _FRACTIONS = 0.2, 0.3, 0.2
-"""Of directions near the scan's own, near a mirror direction, and over all polar angles; the rest
-is uniform in the Rusinkiewicz angles."""
+"""Fractions of directions near the scan's own, near a mirror direction, and over all polar angles;
+the rest is uniform in the Rusinkiewicz angles."""
 _DEVIATION = 0.05  # standard deviation of directions near the scan's own, about an axis, in radians
 _MIRROR_DEVIATION = 1e-3, 0.3  # range of it near mirror directions: highlights are of every width
 _CHUNK = 1 << 14

@@ -20,15 +20,11 @@ _WORTH = 0.98  # fraction of the error left along x and y below which the axes a
 def main_axis(samples: DirectionSamples) -> float:
     """Azimuth in radians, in [0, pi/2), of the axis to which enhanced inputs should turn x.
 
-    Of whole degrees, the one at which a linear function of what tells of the axes explains
-    log(1 + 32 f cos theta_i) best, by least squares: logarithms of h along and across, and the
-    difference of their squares. That finds one lobe as well as two that cross; inputs treat both
-    axes alike, so a right angle is a whole turn. 0 unless another angle is clearly better.
-
-    Parameters
-    ----------
-    samples
-        Of any distribution; the first 32,768 are looked at.
+    The whole degree at which a linear function of what depends on the axes best explains log(1 + 32
+    f cos theta_i), by least squares: logarithms of h along and across, and the difference of their
+    squares. That finds one lobe as well as two that cross; inputs treat both axes alike, so a right
+    angle is a whole turn. 0 unless another angle is clearly better. Samples may have any
+    distribution; the first 32,768 are looked at.
     """
     wi, wo = (split(np.asarray(w[:_COUNT], np.float64)) for w in (samples.wi, samples.wo))
     rgb = np.maximum(samples.rgb[:_COUNT], 0.0).mean(axis=1)

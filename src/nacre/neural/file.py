@@ -17,20 +17,13 @@ from nacre.io.tensors import (
     looks_like_tensors,
     to_bytes,
 )
-from nacre.neural.inputs import (
-    ENHANCED,
-    PAPER,
-    RECIPROCAL,
-    SPINNING,
-    STEREOGRAPHIC,
-    has_axes,
-)
+from nacre.neural.inputs import ENHANCED, PAPER, RECIPROCAL, SPINNING, STEREOGRAPHIC, has_axes
 from nacre.neural.nbrdf import PRECISIONS, NeuralBrdf, check_weights
 from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
 from nacre.sampling import describe_sampler, make_sampler
 
 _VERSIONS = {RELU: 1, SQUARED_RELU: 2}
-"""Of a file, by what follows the hidden layers: a reader that knows version 1 only knows ReLU."""
+"""Version of a file, by what follows the hidden layers: readers of version 1 know ReLU alone."""
 _LIMIT = 1 << 26
 _KEY = "nacre"
 _FIXED = (
@@ -48,16 +41,13 @@ _PARAMETRISATIONS = {
     (RECIPROCAL, True): "reciprocal rusinkiewicz vectors, phi_h = 0",
     (RECIPROCAL, False): "reciprocal rusinkiewicz vectors",
 }
-"""What the file says of a network's inputs and whether it is isotropic."""
+"""What files call a network's inputs, by their name and whether the network is isotropic."""
 
 
 def encode(network: NeuralBrdf) -> bytes:
     """The content of a neural material's file; the same network gives the same bytes.
 
-    Raises
-    ------
-    FormatError
-        If `network` is no neural material, or the format cannot hold it.
+    Raises FormatError if `network` is no neural material, or the format cannot hold it.
     """
     if not isinstance(network, NeuralBrdf):
         raise FormatError("holds neural materials only; fit the material first")
@@ -84,7 +74,7 @@ def encode(network: NeuralBrdf) -> bytes:
 
 
 def _output(inputs: str) -> str:
-    """What the file says of how outputs x become f_r."""
+    """What files say about how outputs x become f_r."""
     return "exp(x)" if inputs == RECIPROCAL else "exp(x) - 1, clamped at 0"
 
 

@@ -30,16 +30,15 @@ from nacre.sampling import check_isotropic, fit_lobes
 from nacre.sampling.projection import Projection
 
 SAMPLES = 800_000  # samples of an isotropic material (NBRDF paper, section 3.1)
-ANISOTROPIC_FACTOR = 5
-"""What a network without h rotated to phi_h = 0 takes more (ibid., of anisotropic materials)."""
+ANISOTROPIC_FACTOR = 5  # how many times as many samples networks that see phi_h take (ibid.)
 
 
 @dataclass(frozen=True)
 class FitData:
-    """What a fit needs of a reflectance once it is sampled; tables can be let go.
+    """What a fit needs of a reflectance once it is sampled; tables can be released.
 
-    Isotropic are those whose h is rotated to phi_h = 0. A `scan` is the scattered samples that the
-    others come from. The recipe leaves nothing open.
+    `isotropic` is whether h is rotated to phi_h = 0, `scan` the scattered samples that the others
+    come from. The recipe leaves nothing open.
     """
 
     name: str
@@ -61,7 +60,7 @@ class FitData:
         return self.training.blocks.nbytes + self.held_out.blocks.nbytes
 
     def initial_layers(self, start: int = 0) -> list[Layer]:
-        """Where training begins; each start has weights of its own."""
+        """Where training begins; each start has its own weights."""
         return initial_layers(self.recipe.hidden, self.recipe.seed, self.training.inputs, start)
 
     def finish(self, layers: Sequence[Layer], quality: Mapping[str, float]) -> NeuralBrdf:
@@ -103,8 +102,9 @@ class FitData:
 def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> FitData:
     """Settle what a recipe leaves open, and draw the samples.
 
-    Raises NacreError if hardly any sample is valid, a scan has too few, is to be physical or of
-    squared ReLUs, or `brdf` is not isotropic as it says, and TypeError if it is no reflectance.
+    Raises NacreError if hardly any sample is valid, `brdf` is not isotropic although it says so, or
+    a scan has too few samples, is to be physical or to have squared ReLUs; TypeError if `brdf` is
+    no reflectance.
     """
     expect_brdf(brdf, "a fit")
     check_isotropic(brdf)
@@ -121,8 +121,8 @@ def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> FitData:
     if scan is not None:
         if recipe.activation == SQUARED_RELU:
             raise NacreError(
-                f"{brdf.name or 'scan'}: networks of scans have ReLUs, the last of which clamp "
-                "them; leave the activation open"
+                f"{brdf.name or 'scan'}: networks for scans have ReLUs, the last of which clamp "
+                "them; leave the activation unset"
             )
         half = max(BLOCK, recipe.batch // (2 * BLOCK) * BLOCK)
         # Rounded weights would not clamp a scan exactly.

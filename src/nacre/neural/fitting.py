@@ -30,12 +30,12 @@ def fit(
     ----------
     brdf
         Any reflectance. One that offers scattered samples (:meth:`nacre.Brdf.scattered`) is fitted
-        to these, as :mod:`nacre.neural.scattered` has it.
+        to these; see :mod:`nacre.neural.scattered`.
     recipe
         Settings; the defaults of :class:`Recipe` where None.
     device
-        None for the compiled CPU kernel; a PyTorch device ("cpu", "cuda") for the same recipe as
-        :func:`fit_many` has it.
+        None for the compiled CPU kernel; a PyTorch device ("cpu", "cuda") to run the same recipe as
+        :func:`fit_many` does.
     progress
         Called as the fit goes on.
 
@@ -47,19 +47,18 @@ def fit(
     Raises
     ------
     NacreError
-        If hardly any sample of the reflectance is valid, if a scan has too few, if the reflectance
-        is not isotropic as it says, if training does not converge, or if there is no such device.
+        If hardly any sample of the reflectance is valid, a scan has too few, the reflectance is not
+        isotropic although it says so, training does not converge, or there is no such device.
     TypeError
-        If `brdf` is no reflectance: a path is loaded first (:func:`nacre.load`).
+        If `brdf` is no reflectance: load a path first (:func:`nacre.load`).
     MissingExtraError
         If a device is given and PyTorch is not installed.
 
     Notes
     -----
     The loss is equation 1 of the NBRDF paper with a gain (:attr:`Recipe.gain`), which is 1 there;
-    that of scans differs, see
-    :mod:`nacre.neural.scattered`, which also says how they are kept from rising toward the
-    horizon. The output is not clamped while training: a ReLU there kills color channels for good.
+    scans have another one (:mod:`nacre.neural.scattered`). The output is not clamped while
+    training: a ReLU there kills color channels for good.
     """
     if device is not None:
         ((_, network),) = fit_many([brdf], recipe, device=device, progress=progress)
@@ -93,26 +92,26 @@ def fit_many(
     """Fit an NBRDF to each of many reflectances, those of one kind together on a PyTorch device.
 
     Networks of the same widths with as many samples train as one batch, each from one start and
-    without replicas; the rest is as :func:`fit` has it. A material that cannot be fitted costs
-    itself only.
+    without replicas; otherwise it works as :func:`fit`. A material that cannot be fitted does not
+    affect the others.
 
     Parameters
     ----------
     brdfs
-        Reflectances; one at a time is taken, sampled and let go.
+        Reflectances; one at a time is taken, sampled and released.
     recipe
-        Settings of all; the defaults of :class:`Recipe` where None.
+        Settings for all; the defaults of :class:`Recipe` where None.
     device
-        PyTorch device: "cpu", "cuda", "cuda:1". When the samples that wait reach what
-        :func:`nacre.neural.torch.stack_bytes` says of it, the largest batch is trained.
+        PyTorch device: "cpu", "cuda", "cuda:1". When the waiting samples reach its
+        :func:`nacre.neural.torch.stack_bytes`, the largest batch is trained.
     progress
         Called as the fits go on, with the median held-out loss of a batch.
 
     Returns
     -------
     iterator
-        Of pairs: the place of a reflectance in `brdfs`, from 0, and its network or what went wrong.
-        A batch comes when it is done, so places are in no particular order.
+        Pairs: the place of a reflectance in `brdfs`, from 0, and its network or what went wrong. A
+        batch comes when it is done, so places are in no particular order.
 
     Raises
     ------
@@ -138,8 +137,8 @@ def _fit_many(
     for index, brdf in enumerate(brdfs):
         try:
             material = prepare(brdf, recipe, progress or silent)
-        except Exception as error:  # of whatever kind, it must not cost the other materials
-            yield index, error.with_traceback(None)  # whose frames hold this one
+        except Exception as error:  # whatever it is, it must not affect other materials
+            yield index, error.with_traceback(None)  # whose frames hold this material
             continue
         waiting[material.shape][index] = material
         if sum(map(size, waiting)) >= room:
@@ -151,7 +150,6 @@ def _fit_many(
 def _fit_stack(
     stack: Mapping[int, FitData], device: str, progress: Progress | None
 ) -> Iterator[tuple[int, NeuralBrdf | Exception]]:
-    """Train materials of one shape together."""
     from nacre.neural.torch import SampleStack, TorchTrainer
     from nacre.runtime.device import memory_errors
 

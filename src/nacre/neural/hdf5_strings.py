@@ -38,7 +38,7 @@ def count_strings(data: bytes, name: str) -> int:
 
 
 def _strings(data: bytes, name: bytes) -> Iterator[tuple[int, int, int]]:
-    """Length, address of the heap and number there of every string of attributes of a name."""
+    """Length, address of the heap and number there of every string in attributes of a name."""
     at = data.find(name)
     while at >= 0:
         for version, start in ((data[at - 8], at - 8), (data[at - 9], at - 9)):
@@ -64,7 +64,7 @@ def _listed(data: bytes, start: int, at: int, align: int) -> Iterator[tuple[int,
 
 
 def _check_heap(data: bytes, heap: int, strings: dict[int, int]) -> None:
-    """Refuse a heap that does not hold strings of given lengths, by number, or is in circles."""
+    """Refuse a heap that does not hold strings of given lengths, by number, or that is circular."""
     if data[heap : heap + 4] != _HEAP:
         raise ValueError("a string is in no heap")
     end = heap + int.from_bytes(data[heap + 8 : heap + 16], "little")

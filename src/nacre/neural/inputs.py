@@ -16,7 +16,7 @@ from nacre.geometry import (
 
 PAPER, ENHANCED, STEREOGRAPHIC = "paper", "enhanced", "stereographic"
 SPINNING = "spinning"
-"""What enhanced inputs of anisotropic networks were: files of theirs are evaluated as before."""
+"""Enhanced inputs of anisotropic networks as they once were; files with them still load."""
 RECIPROCAL = "reciprocal"
 INPUTS = (PAPER, ENHANCED, STEREOGRAPHIC, SPINNING, RECIPROCAL)
 """Names of the parametrizations of a network's inputs."""
@@ -42,9 +42,9 @@ def input_count(inputs: str, rotate_half_vector: bool) -> int:
 
 
 def rotates_half_vector(inputs: str, isotropic: bool) -> bool:
-    """Whether a network rotates h to phi_h = 0 where it is fitted to a material that is isotropic.
+    """Whether a network rotates h to phi_h = 0 when it is fitted to an isotropic material.
 
-    One with stereographic or spinning inputs never does: it has to learn that azimuths do not
+    With stereographic or spinning inputs it never does: it has to learn that azimuths do not
     matter.
     """
     return isotropic and inputs not in (STEREOGRAPHIC, SPINNING)
@@ -61,18 +61,18 @@ def network_inputs(
 
     "paper" is (h, d) as in the NBRDF paper. "enhanced" keeps the horizontal part of h and of d, and
     stretches what matters: log(sin^2 theta_h + 1e-4) / 9.2 opens up the highlight, log(cos theta +
-    .01) / 4.6 of the light and of the view open up grazing angles. Of an isotropic material it
-    takes |d_y|, since mirroring changes nothing. Of an anisotropic one it opens up the highlight
-    along each axis, by log(h_x^2 + .001) / 6.91 and the same of h_y, and takes d as
-    :func:`nacre.geometry.carried_to_pole` has it, which does not spin where h is near the normal.
-    "spinning" is what it was before: one logarithm, and Rusinkiewicz's d. "stereographic" is the
-    projections of both directions, of light and view as they are, as networks for textures see them
-    (Rainer, Jakob, Ghosh and Weyrich 2019, "Neural BTF Compression and Interpolation").
-    "reciprocal" is like "enhanced" but for what a swap of light and view changes.
+    .01) / 4.6 of the light and of the view open up grazing angles. For isotropic materials it takes
+    |d_y|, since mirroring changes nothing. For anisotropic ones it opens up the highlight along
+    each axis, by log(h_x^2 + .001) / 6.91 and the same of h_y, and takes d from
+    :func:`nacre.geometry.carried_to_pole`, which does not spin where h is near the normal.
+    "spinning" is its predecessor: one logarithm, and Rusinkiewicz's d. "stereographic" are the
+    projections of both directions, as networks for textures see them (Rainer, Jakob, Ghosh and
+    Weyrich 2019, "Neural BTF Compression and Interpolation"). "reciprocal" is like "enhanced",
+    without what a swap of light and view changes.
 
-    `rotate_half_vector` takes h to phi_h = 0, as isotropic networks see it; it is nothing to
-    stereographic and spinning inputs. `angle` is the azimuth, in radians from +x toward +y, of the
-    axis that takes the place of x (see :func:`has_axes`).
+    `rotate_half_vector` takes h to phi_h = 0, as isotropic networks see it; stereographic and
+    spinning inputs ignore it. `angle` is the azimuth, in radians from +x toward +y, of the axis
+    that takes the place of x (see :func:`has_axes`).
     """
     if inputs == STEREOGRAPHIC:
         return *_projected(wi), *_projected(wo)
@@ -121,7 +121,7 @@ def _reciprocal(wi: Components, wo: Components, rotate_half_vector: bool) -> tup
 
     A swap leaves h, exchanges the cosines, and negates the horizontal part of d, which is that of
     (wi - wo) / 2: floating-point sums commute, and differences are odd. Cosines are taken to be
-    :data:`_RIM` at least, lest networks gain energy where hardly any sample is.
+    :data:`_RIM` at least, lest networks gain energy where there is hardly any sample.
     """
     xp = namespace(*wi, *wo)
     h = half_vector(wi, wo)

@@ -1,8 +1,8 @@
 """The CPU fit kernel: forward, backward and Adam over an epoch in one compiled loop.
 
 A mini-batch is gathered block by block into feature-major matrices that stay in the cache, pushed
-through the layers in register tiles (:mod:`nacre.neural.simd`), and its gradient goes straight
-into Adam. The kernel releases the interpreter lock, so materials fit in parallel on threads.
+through the layers in register tiles (:mod:`nacre.neural.simd`), and its gradient goes straight into
+Adam. The kernel releases the interpreter lock, so materials fit in parallel on threads.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import aligned_zeros
+from nacre.array import Weights, aligned_zeros
 from nacre.compile.compilation import compiled, inner, inner_fast
 from nacre.neural.samples import BLOCK, MIN_SLOPE, Samples
 from nacre.neural.simd import (
@@ -39,8 +39,6 @@ from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
 
 _OUTPUTS = 3
 _TARGETS = _OUTPUTS + 1  # rows after the inputs in a block of samples: three targets and the cosine
-
-Vector = npt.NDArray[np.float32]
 
 
 @numba.njit(inline="always", error_model="numpy")  # type: ignore[untyped-decorator]
@@ -188,7 +186,7 @@ def _output_gradient(
 ) -> None:  # fmt: skip
     """Gradient of the outputs of a panel; its sums go to the first lanes of rows of `sums`.
 
-    Samples of the panel after the last of `count` get zeros: what follows adds up whole panels.
+    Samples of the panel after the last of `count` become zeros: what follows adds up whole panels.
     """
     end = min(count, panel + PANEL)
     weight = targets[_OUTPUTS * stride + panel : _OUTPUTS * stride + end]
@@ -208,9 +206,8 @@ def _backward(
 ) -> None:  # fmt: skip
     """Gradients of all sums of a panel from those of the outputs in g[-1].
 
-    Kept are the activations, or their roots where they are squares.
-
-    Rows of `sums` are of the layers from the last to the first.
+    `kept` are the activations, or their roots where they are squares. Rows of `sums` belong to the
+    layers from the last to the first.
     """
     at = widths[-1] * LANES
     for layer in range(widths.size - 2, 0, -1):
@@ -316,8 +313,8 @@ def _weight_tiles(
     """How the gradient of the weights is put together from tiles of outer products.
 
     Returns the offsets of the two factors of every tile in an array of activations and their
-    gradients of a shape, and for every weight and bias its place in what the tiles write, one
-    after the other, and the sums over samples of gradients, from the last layer to the first.
+    gradients of a shape, and for every weight and bias its place in what the tiles write, one after
+    the other, followed by the sums of gradients over samples, from the last layer to the first.
     """
     factors: list[tuple[int, int]] = []
     places = np.zeros(starts[-1] + (widths[-2] + 1) * widths[-1], np.int64)
@@ -350,7 +347,7 @@ class KernelTrainer:
     """Weights and optimizer state of one network on the CPU kernel.
 
     Initial layers, of any widths, are copied; a step takes `batch` samples, a multiple of 16. The
-    activation is ReLU or its square. Reflectances are e^x - `offset` of the outputs x.
+    activation is ReLU or its square. Reflectances are e^x - `offset` for outputs x.
     """
 
     def __init__(
@@ -383,7 +380,7 @@ class KernelTrainer:
         self._scratch = rows, targets, factors, sums, parts, places, self._gradient
         self._step = 0
 
-    def _views(self, flat: Vector) -> list[tuple[Vector, Vector]]:
+    def _views(self, flat: Weights) -> list[tuple[Weights, Weights]]:
         """Unpadded weights and biases of every layer inside a padded flat vector."""
         views = []
         padded_widths, starts, *_ = self._network
@@ -411,7 +408,7 @@ class KernelTrainer:
                 array[:] = arrays[0]
 
     @property
-    def _state(self) -> tuple[Vector, Vector, Vector]:
+    def _state(self) -> tuple[Weights, Weights, Weights]:
         return self._weights, self._mean, self._square
 
     def layers(self) -> list[Layer]:
@@ -426,14 +423,13 @@ class KernelTrainer:
         layers = [Layer(w.copy(), b.copy()) for w, b in self._views(self._gradient)]
         return self._mean_loss(samples, order), layers
 
-    def epoch(self, samples: Samples, order: npt.NDArray[np.int64], rates: Vector) -> None:
-        """One step per learning rate over the blocks in `order`."""
+    def epoch(self, samples: Samples, order: npt.NDArray[np.int64], rates: Weights) -> None:
+        """Take one step per learning rate over the blocks in `order`."""
         steps = order, self._batch, rates, self._step, self._mean, self._square
         _epoch(samples.blocks, *steps, *self._network, *self._scratch)
         self._step += len(rates)
 
     def loss(self, samples: Samples) -> float:
-        """Mean loss over all samples."""
         return self._mean_loss(samples, np.arange(samples.block_count))
 
     def _mean_loss(self, samples: Samples, order: npt.NDArray[np.int64]) -> float:

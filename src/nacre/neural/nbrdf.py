@@ -14,6 +14,7 @@ import numpy as np
 
 from nacre.array import Array, Components, namespace
 from nacre.brdf import Sampler
+from nacre.geometry import broadcast_shape
 from nacre.neural.inputs import (
     LARGEST_INPUT,
     PAPER,
@@ -34,11 +35,11 @@ SINGLE, HALF = "single", "half"
 PRECISIONS: dict[str, np.dtype[Any]] = {SINGLE: np.dtype(np.float32), HALF: np.dtype(np.float16)}
 """How weights are stored, by name; computations are in single precision."""
 ACTIVATIONS = RELU, SQUARED_RELU
-"""What follows hidden layers: that of the paper, and a smooth one."""
+"""What follows hidden layers: the paper's, and a smooth one."""
 
 
 def round_layers(layers: Sequence[Layer], precision: str) -> list[Layer]:
-    """Layers of the nearest weights that a precision of :data:`PRECISIONS` stores."""
+    """Layers with the nearest weights that a precision of :data:`PRECISIONS` stores."""
     kind = PRECISIONS[precision]
     largest = np.finfo(kind).max
     return [Layer(*(np.clip(a, -largest, largest).astype(kind) for a in x)) for x in layers]
@@ -144,10 +145,7 @@ class NeuralBrdf(NetworkBrdf):
         return f"{sizes}, {self.inputs} inputs, {super().summary()}"
 
     def loss_text(self) -> str:
-        """The loss of a fit with its scale: "held-out loss 0.00312 (log(1 + 32 f cos))".
-
-        Empty where the network was not fitted here.
-        """
+        """The loss of a fit with its scale, "held-out loss 0.00312 (log(1 + 32 f cos))", or ""."""
         loss = self.metadata.get("quality", {}).get("held_out_loss")
         if not isinstance(loss, float):
             return ""
@@ -157,7 +155,7 @@ class NeuralBrdf(NetworkBrdf):
         return loss_scale(self.metadata.get("fit", {}).get("gain"))
 
     def with_layers(self, layers: Sequence[Layer]) -> NeuralBrdf:
-        """A network of other layers that is like this one in all else."""
+        """A network with other layers that is like this one in all else."""
         kept = "isotropic", "name", "source", "sampler", "metadata", "inputs", "precision"
         settings = {name: getattr(self, name) for name in (*kept, "activation", "angle")}
         return NeuralBrdf(layers, **settings)
@@ -165,9 +163,12 @@ class NeuralBrdf(NetworkBrdf):
     def _eval_followed(self, wi: Array, wo: Array) -> Array:
         if namespace(wi).library != "torch":
             return super()._eval_followed(wi, wo)
-        from nacre.neural.torch_module import constant_module
+        from nacre.neural.torch_layers import constant_layers, evaluated
 
-        return constant_module(self, wi.device)(wi, wo)
+        shape = broadcast_shape(wi=wi, wo=wo)
+        wi, wo = (w.expand(shape).reshape(1, math.prod(shape[:-1]), 3) for w in (wi, wo))
+        layers = constant_layers(self, wi.device)
+        return evaluated(self, layers, wi, wo, self.angle).reshape(shape)
 
     def from_outputs(self, values: Sequence[Array]) -> Components:
         xp = namespace(*values)

@@ -1,4 +1,4 @@
-"""What reflectances have in common that are chains of layers on a pair of directions."""
+"""What reflectances that are chains of layers on a pair of directions have in common."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from nacre.numerics.mlp import RELU, Layer, forward
 class NetworkBrdf(Brdf):
     """A network: dense layers from a parametrization of the directions to f_r of every channel.
 
-    Renderers may hold the weights in a buffer, so that one kernel serves all networks of the same
-    :attr:`layers`' sizes.
+    Renderers may hold the weights in a buffer, so that one kernel serves all networks whose
+    :attr:`layers` have the same sizes.
     """
 
     layers: Sequence[Layer]
@@ -26,15 +26,13 @@ class NetworkBrdf(Brdf):
     activation: str = RELU
     """What follows each layer but the last: :data:`nacre.numerics.mlp.RELU` or `SQUARED_RELU`."""
 
-    angle: float = 0.0
-    """Azimuth of the axis that the inputs take for x, in radians; see there."""
+    angle: float = 0.0  # azimuth of the axis that the inputs take for x, in radians
 
-    shared_layers: int = 0
-    """How many of the first layers are the same in all materials of a family."""
+    shared_layers: int = 0  # how many of the first layers all materials of a family share
 
     @abc.abstractmethod
     def from_outputs(self, values: Sequence[Array]) -> Components:
-        """f_r in 1/sr of the 3 outputs of the last layer."""
+        """f_r in 1/sr from the 3 outputs of the last layer."""
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`; weights enter a Dr.Jit kernel as literals."""

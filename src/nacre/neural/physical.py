@@ -1,10 +1,10 @@
 """Networks that are reciprocal, positive, and reflect no more light than they get.
 
 Reciprocity comes from the inputs (:func:`nacre.neural.inputs.network_inputs`, "reciprocal"), and
-f_r = exp(x) is positive whatever the outputs x are. Energy is seen to in two steps. Training is on
+f_r = exp(x) is positive whatever the outputs x are. Energy is limited in two steps. Training is on
 the projection of the material (:mod:`nacre.sampling.projection`): the mean of both orders of light
 and view, darkened smoothly towards those views from which it would give back too much. What the
-trained network still has above 1 is taken off by one factor, a shift of its last biases, and the
+trained network still has above 1 is removed by one factor, a shift of its last biases, and the
 largest albedo is certified (:func:`certify`).
 """
 
@@ -24,8 +24,8 @@ _TARGET = 0.9999  # of the bound after the factor, so that rounding cannot lift 
 def limited(network: NeuralBrdf) -> NeuralBrdf:
     """A physical network times the factor, at most 1, that keeps its albedo at 1 or below.
 
-    Its metadata say under "physical" what was certified: "largest_albedo", "albedo_bound", and
-    the "factor".
+    Its metadata say under "physical" what was certified: "largest_albedo", "albedo_bound", and the
+    "factor".
     """
     found, factor = certify(network), 1.0
     if found.bound > 1.0:

@@ -5,13 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nacre.array import Components, Weights
-from nacre.geometry import (
-    cosine_hemisphere,
-    from_spherical,
-    join,
-    split,
-    uniform_rusinkiewicz,
-)
+from nacre.geometry import cosine_hemisphere, from_spherical, join, split, uniform_rusinkiewicz
 from nacre.neural.inputs import network_inputs
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.numerics.mlp import Layer, activate, dense
@@ -23,9 +17,9 @@ _MARGIN = 0.02  # part of its range by which a unit must stay below zero to coun
 def without_inactive_units(network: NeuralBrdf) -> NeuralBrdf:
     """The same reflectance from fewer weights.
 
-    A hidden unit whose input to the activation is negative, with a margin, at each of 2^16 pairs of
-    directions uniform in the Rusinkiewicz angles, as many that follow the cosine and as many near
-    the horizon is left out. Training leaves a few such units in most networks.
+    A hidden unit is left out if the input of its activation is negative, with a margin, at each of
+    2^16 pairs of directions uniform in the Rusinkiewicz angles, as many that follow the cosine and
+    as many near the horizon. Training leaves a few such units in most networks.
     """
     random = np.random.default_rng(0)
     pairs = [uniform_rusinkiewicz(random.random((4, _PAIRS), np.float32))]

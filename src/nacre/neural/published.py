@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Weights
 from nacre.errors import FormatError, reason
-from nacre.io.files import PathLike, atomic_path, read_bytes
+from nacre.io.files import PathLike, read_bytes, write_encoded
 from nacre.io.format import Format
 from nacre.io.npy import MAGIC, parse_npy
 from nacre.neural.hdf5_strings import count_strings
@@ -33,11 +34,11 @@ PAPER_ONLY = (
     "holds networks of the paper's inputs and activation only; fit with --inputs paper, in Python "
     "with nacre.Recipe(inputs='paper')"
 )
-"""What is said where another network shall be written as `.h5`."""
+"""What to say where another network should be written as `.h5`."""
 
 
 def load_h5(path: PathLike) -> NeuralBrdf:
-    """Read the weights that Keras saved of a sequential network; FormatError if it is no such."""
+    """Read a sequential network's weights from Keras; FormatError if the file holds none."""
     import h5py
 
     data = read_bytes(path, _LIMIT)
@@ -63,20 +64,18 @@ def load_h5(path: PathLike) -> NeuralBrdf:
 def save_h5(network: NeuralBrdf, path: PathLike) -> None:
     """Write an isotropic network as Keras weights that the authors' tools load.
 
-    Raises FormatError if `network` is not an isotropic neural material or the path cannot be
+    Raises FormatError if `network` is not an isotropic neural material, or the path cannot be
     written.
     """
     if not (isinstance(network, NeuralBrdf) and network.isotropic):
         raise FormatError(f"{path}: holds isotropic neural materials only; fit the material first")
     if network.inputs != PAPER or network.activation != RELU:
         raise FormatError(f"{path}: {PAPER_ONLY}")
-    content = keras_bytes(network.layers)
-    with atomic_path(path) as temporary:
-        temporary.write_bytes(content)
+    write_encoded(path, keras_bytes, network.layers)
 
 
 def keras_bytes(layers: Sequence[Layer], description: str = "") -> bytes:
-    """Layers as Keras saves the weights of a sequential network, with an attribute of text."""
+    """Layers as Keras saves the weights of a sequential network, with a description."""
     import h5py
 
     names = [f"dense_{index}" for index in range(1, len(layers) + 1)]
@@ -122,7 +121,7 @@ def load_npy(path: PathLike) -> NeuralBrdf:
 def _names(group: Any, key: str, limit: int, sound: set[str]) -> list[str]:
     """Names that an attribute lists, which must fit into `limit` bytes.
 
-    Those of variable length are read of attributes only that were found to be sound.
+    Those of variable length are read only from attributes that were found to be sound.
     """
     import h5py
 
@@ -138,7 +137,7 @@ def _names(group: Any, key: str, limit: int, sound: set[str]) -> list[str]:
     return [n.decode() if isinstance(n, bytes) else str(n) for n in group.attrs[key]]
 
 
-def _dataset(dataset: Any, path: PathLike, limit: int) -> npt.NDArray[np.float32]:
+def _dataset(dataset: Any, path: PathLike, limit: int) -> Weights:
     where = f"{path}: dataset {dataset.name[:80]}"
     # Only numbers that lie in this file as they are: others unpack to any size or are elsewhere.
     if dataset.chunks is not None or dataset.is_virtual or dataset.external:
@@ -150,11 +149,11 @@ def _dataset(dataset: Any, path: PathLike, limit: int) -> npt.NDArray[np.float32
     return _float32(dataset[()])
 
 
-def _read_npy(path: Path) -> npt.NDArray[np.float32]:
+def _read_npy(path: Path) -> Weights:
     return _float32(parse_npy(read_bytes(path, _LIMIT), str(path)))
 
 
-def _float32(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
+def _float32(values: npt.ArrayLike) -> Weights:
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused later
         return np.ascontiguousarray(values, np.float32)
 

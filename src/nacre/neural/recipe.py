@@ -21,81 +21,61 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
     "standard": {},
     "best": {"epochs": 1000},
 }
-"""Settings of a :class:`Recipe` by their time on two cores: about 0.3 s, 1.5 s and 12 s."""
+"""Settings of a :class:`Recipe` by name, taking about 0.3 s, 1.5 s and 12 s on two cores."""
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """Settings of a fit; the defaults are the recommended recipe.
-
-    Parameters
-    ----------
-    hidden
-        Widths of the hidden layers; (21, 21) is the paper's network of 675 weights. The network
-        of a scan has one more, of three units: see :func:`nacre.neural.scattered.clamped`.
-    size
-        Bytes that the weights may take: two hidden layers as wide as they allow, in place of
-        `hidden`. The extra layer of a scan is not counted.
-    epochs
-        Passes over the training samples.
-    samples
-        Samples drawn, held-out ones included; None for 800,000, or 4,000,000 if the material is
-        anisotropic or the inputs are stereographic. Of a scan with scattered samples: training
-        samples, interpolated ones between them included; None for 320,000, or 1,600,000.
-    sample_share
-        How many of those are drawn where `samples` is None.
-    batch
-        Samples an optimizer step, a multiple of 16; a scan takes half as many.
-    starts
-        Networks from different random weights that are trained at first, for a twentieth of the
-        epochs each; the one with the smallest held-out loss goes on. With fewer than 20 epochs, and
-        in stacks on a PyTorch device, there is one.
-    learning_rate
-        Peak of the schedule: linear warm-up over 2 % of the steps, then a cosine to zero;
-        half of it for a scan.
-    held_out
-        Fraction of the samples that is never trained on; of a scan, fraction of its own samples.
-    seed
-        The same seed gives the same network on the same machine.
-    inputs
-        What the network sees of the directions: "enhanced", "paper" or "stereographic", see
-        :func:`nacre.neural.inputs.network_inputs`. None for enhanced, and for the paper's of a
-        scan, which they fit better.
-    gain
-        Factor k of the loss |log(1 + k f cos) - log(1 + k f' cos)|: the paper's is 1; more of it
-        counts what is dark, as eyes and tone mapping do. None for 32 with enhanced inputs and 1
-        with others. A scan has a loss of its own.
-    sampling
-        How training directions are distributed, one of :data:`nacre.sampling.DISTRIBUTIONS`; the
-        paper's is "rusinkiewicz". A scan has its own.
-    precision
-        "single" or "half": how weights are stored. None for half with enhanced and reciprocal
-        inputs, single with others and of a scan, whose clamp layer rounding would spoil.
-    activation
-        "relu" or "squared relu": what follows the hidden layers. None for squares with enhanced
-        inputs, the paper's ReLU with others and of a scan, whose clamp layer needs it. With squares
-        a physical fit may gain energy without bound where hardly any sample is.
-    physical
-        Fit a network that is reciprocal, positive, and reflects no more light than it gets; see
-        :mod:`nacre.neural.physical`. Its inputs are "reciprocal", in place of `inputs`.
-    """
+    """Settings of a fit; the defaults are the recommended recipe."""
 
     hidden: tuple[int, ...] = HIDDEN
+    """Widths of the hidden layers; (21, 21) is the paper's network of 675 weights. The network for
+    a scan has one more, of three units: see :func:`nacre.neural.scattered.clamped`."""
     size: int | None = None
+    """Bytes that the weights may take: two hidden layers as wide as they allow, in place of
+    `hidden`. The extra layer for a scan is not counted."""
     epochs: int = 100
+    """Passes over the training samples."""
     samples: int | None = None
+    """Samples drawn, held-out ones included; None for 800,000, or 4,000,000 if the material is
+    anisotropic or the inputs are stereographic. For a scan: training samples, interpolated ones
+    included; None for 320,000, or 1,600,000."""
     sample_share: float = 1.0
+    """How many of those are drawn where `samples` is None."""
     batch: int = 512
+    """Samples per optimizer step, a multiple of 16; a scan takes half as many."""
     starts: int = 4
+    """Networks with different random weights that are trained at first, for a twentieth of the
+    epochs each; the one with the smallest held-out loss goes on. With fewer than 20 epochs, and in
+    stacks on a PyTorch device, there is one."""
     learning_rate: float = 1e-2
+    """Peak of the schedule: linear warm-up over 2 % of the steps, then a cosine to zero; half of it
+    for a scan."""
     held_out: float = 0.2
+    """Fraction of the samples that is never trained on; for a scan, fraction of its own samples."""
     seed: int = 0
+    """The same seed gives the same network on the same machine."""
     inputs: str | None = None
+    """What the network sees of the directions: "enhanced", "paper" or "stereographic", see
+    :func:`nacre.neural.inputs.network_inputs`. None for enhanced, and for the paper's with a scan,
+    which they fit better."""
     gain: float | None = None
+    """Factor k of the loss |log(1 + k f cos) - log(1 + k f' cos)|: the paper's is 1; a larger one
+    gives more weight to what is dark, as eyes and tone mapping do. None for 32 with enhanced inputs
+    and 1 with others. A scan has a loss of its own."""
     sampling: str = "mixed"
+    """How training directions are distributed, one of :data:`nacre.sampling.DISTRIBUTIONS`; the
+    paper's is "rusinkiewicz". A scan has its own."""
     precision: str | None = None
+    """How weights are stored, "single" or "half". None for half with enhanced and reciprocal
+    inputs, and for single with others and with a scan, whose clamp layer rounding would spoil."""
     activation: str | None = None
+    """What follows the hidden layers, "relu" or "squared relu". None for squares with enhanced
+    inputs, and for the paper's ReLU with others and with a scan, whose clamp layer needs it. With
+    squares a physical fit may gain energy without bound where there is hardly any sample."""
     physical: bool = False
+    """Fit a network that is reciprocal, positive, and reflects no more light than it gets; see
+    :mod:`nacre.neural.physical`. Its inputs are "reciprocal", in place of `inputs`."""
 
     def __post_init__(self) -> None:
         inputs = input_count(self.chosen_inputs, True)
@@ -128,10 +108,7 @@ class Recipe:
     def preset(cls, name: str, **settings: Any) -> Recipe:
         """One of :data:`PRESETS`, with other settings if you like.
 
-        Raises
-        ------
-        ValueError
-            If there is no such preset, or a setting is impossible.
+        Raises ValueError if there is no such preset, or a setting is impossible.
         """
         if name not in PRESETS:
             raise ValueError(f"preset must be one of {', '.join(PRESETS)}, got {name!r}")
@@ -139,41 +116,36 @@ class Recipe:
 
     @property
     def chosen_inputs(self) -> str:
-        """The inputs, or their default of any material but a scan."""
+        """The inputs, or their default for any material but a scan."""
         if self.inputs is not None:
             return self.inputs
         return RECIPROCAL if self.physical else ENHANCED
 
     @property
     def offset(self) -> float:
-        """What is subtracted from e^x of the outputs x: 0 where f_r is to be positive."""
+        """What is subtracted from e^x of the outputs x: 0 where f_r has to be positive."""
         return 0.0 if self.physical else 1.0
 
     @property
     def loss_gain(self) -> float:
-        """The gain, or its default."""
         if self.gain is not None:
             return self.gain
         return ENHANCED_GAIN if self.chosen_inputs in (ENHANCED, RECIPROCAL) else 1.0
 
     @property
     def stored_precision(self) -> str:
-        """The precision, or its default."""
         if self.precision is not None:
             return self.precision
         return HALF if self.chosen_inputs in (ENHANCED, RECIPROCAL) else SINGLE
 
     @property
     def hidden_activation(self) -> str:
-        """The activation, or its default."""
         if self.activation is not None:
             return self.activation
         return SQUARED_RELU if self.chosen_inputs == ENHANCED else RELU
 
     def widths(self, inputs: int) -> tuple[int, ...]:
-        """Widths of the hidden layers of a network of so many inputs; ValueError if `size` is too
-        small.
-        """
+        """Widths of the hidden layers for so many inputs; ValueError if `size` is too small."""
         if self.size is None:
             return self.hidden
         limit = self.size // PRECISIONS[self.stored_precision].itemsize
@@ -187,7 +159,7 @@ class Recipe:
 
 
 def check_positive(recipe: object, *names: str) -> None:
-    """Raise ValueError for settings below 1, of widths each; one that is None has its default."""
+    """Raise ValueError for settings below 1, and for such widths; None stands for the default."""
     for name in names:
         setting = getattr(recipe, name)
         for value in setting if isinstance(setting, Sequence) else [setting]:

@@ -9,6 +9,7 @@ from types import TracebackType
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Weights
 from nacre.neural.kernel import KernelTrainer
 from nacre.neural.samples import BLOCK, Samples
 from nacre.numerics.mlp import RELU, Layer
@@ -20,27 +21,15 @@ _STEPS = 50  # between two averages: often enough to lose nothing, and rarely en
 
 
 class ReplicaTrainer:
-    """A network of the best start, in replicas that are averaged after every few steps.
+    """A network from the best start, in replicas that are averaged after every few steps.
 
-    For the first epochs every start trains alone on all samples; then the one with the smallest
-    loss on held-out samples goes on. From there each replica takes its own half of the batches at
-    twice the learning rate (as for a batch of twice the size: Goyal et al. 2017), and weights and
-    moments are averaged (local SGD: Stich 2019). A trainer holds a thread until it is closed.
-
-    Parameters
-    ----------
-    starts
-        Initial layers of each start, all of the same widths.
-    batch
-        Samples of a step of each replica, a multiple of 16.
-    activation
-        ReLU or its square.
-    trial
-        Epochs after which one start is left; 0 for the first start alone.
-    held_out
-        What starts are judged by; the samples of training where None.
-    offset
-        See :class:`nacre.neural.kernel.KernelTrainer`.
+    For the first `trial` epochs every start trains alone on all samples (0 for the first start
+    alone); then the one with the smallest loss on held-out samples goes on, or on those of training
+    where there are none. From there each replica takes its own half of the batches at twice the
+    learning rate (as for a batch of twice the size: Goyal et al. 2017), and weights and moments are
+    averaged (local SGD: Stich 2019). `starts` are the initial layers of each start; `batch`,
+    `activation` and `offset` are those of :class:`nacre.neural.kernel.KernelTrainer`, for each
+    replica. A trainer holds a thread until it is closed.
     """
 
     def __init__(
@@ -72,17 +61,15 @@ class ReplicaTrainer:
             self._worker.shutdown()
 
     def layers(self) -> list[Layer]:
-        """Copies of the current layers; before one start is chosen, of the first."""
+        """Copies of the current layers; those of the first start before one is chosen."""
         return self._trainers[0].layers()
 
     def loss(self, samples: Samples) -> float:
-        """Mean loss over all samples; before one start is chosen, of the first."""
+        """Mean loss over all samples; that of the first start before one is chosen."""
         return self._trainers[0].loss(samples)
 
-    def epoch(
-        self, samples: Samples, order: npt.NDArray[np.int64], rates: npt.NDArray[np.float32]
-    ) -> None:
-        """One pass over the blocks in an order; there is a learning rate for each batch of it."""
+    def epoch(self, samples: Samples, order: npt.NDArray[np.int64], rates: Weights) -> None:
+        """Pass once over the blocks in an order; there is a learning rate for each batch of it."""
         if self._trial:
             for _ in thread_map(lambda start: start.epoch(samples, order, rates), self._trainers):
                 pass
@@ -104,7 +91,6 @@ class ReplicaTrainer:
             KernelTrainer.average(self._trainers)
 
     def _best(self, samples: Samples) -> KernelTrainer:
-        """The start with the smallest loss."""
         losses = np.array(list(thread_map(lambda start: start.loss(samples), self._trainers)))
         return self._trainers[int(np.where(np.isnan(losses), np.inf, losses).argmin())]
 
@@ -121,5 +107,4 @@ class ReplicaTrainer:
 
 
 def _replicas(trainer: KernelTrainer) -> list[KernelTrainer]:
-    """A trainer and copies of it."""
     return [trainer, *(trainer.copy() for _ in range(REPLICAS - 1))]

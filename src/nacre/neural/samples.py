@@ -9,17 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Components, Floats, aligned_zeros
+from nacre.array import Components, Floats, Weights, aligned_zeros
 from nacre.brdf import Brdf
 from nacre.geometry import rotate, split
 from nacre.neural.axes import main_axis
-from nacre.neural.inputs import (
-    PAPER,
-    has_axes,
-    input_count,
-    network_inputs,
-    rotates_half_vector,
-)
+from nacre.neural.inputs import PAPER, has_axes, input_count, network_inputs, rotates_half_vector
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import thread_map
 from nacre.sampling import draw_samples
@@ -37,23 +31,14 @@ _LARGEST = np.float32(1e30)  # of f cos: products in the loss must not overflow
 
 @dataclass(frozen=True)
 class Samples:
-    """Samples for the log-cosine loss, in blocks of :data:`BLOCK`.
+    """Samples for the log-cosine loss, in blocks of :data:`BLOCK`."""
 
-    Parameters
-    ----------
-    blocks
-        Flat float32 array on a 64-byte boundary: per block, rows of 16 values each of every
-        network input, of f cos theta_i for red, green and blue, and of cos theta_i. Any weight may
-        take the place of the cosine, as it does for scans.
-    inputs
-        Number of network inputs.
-    angle
-        Azimuth of the axis that they take for x; see :func:`nacre.neural.inputs.network_inputs`.
-    """
-
-    blocks: npt.NDArray[np.float32]
-    inputs: int
-    angle: float = 0.0
+    blocks: Weights
+    """Flat float32 array on a 64-byte boundary: per block, rows of 16 values each of every network
+    input, of f cos theta_i for red, green and blue, and of cos theta_i. Any weight may take the
+    place of the cosine, as it does for scans."""
+    inputs: int  # number of network inputs
+    angle: float = 0.0  # azimuth of the axis that they take for x; see network_inputs
 
     @property
     def rows(self) -> int:
@@ -62,7 +47,6 @@ class Samples:
 
     @property
     def block_count(self) -> int:
-        """Number of blocks."""
         return len(self.blocks) // (self.rows * BLOCK)
 
     @classmethod
@@ -125,7 +109,7 @@ def draw(
 
 
 def axis_angle(samples: DirectionSamples, isotropic: bool, inputs: str) -> float:
-    """The `angle` of the inputs of a material with these samples; 0 where inputs have no axes."""
+    """The `angle` of the inputs for a material with these samples; 0 where inputs have no axes."""
     return main_axis(samples) if has_axes(inputs, isotropic) else 0.0
 
 
@@ -141,6 +125,6 @@ def direction_inputs(
 
 
 def _rotated_apart(wi: Components, wo: Components) -> tuple[Components, Components]:
-    """Pairs rotated about the normal, one after the other by the golden angle."""
+    """Pairs rotated about the normal, each by the golden angle from the one before."""
     angle = (np.arange(len(wi[0])) * _GOLDEN_ANGLE).astype(np.float32)
     return rotate(wi, angle), rotate(wo, angle)

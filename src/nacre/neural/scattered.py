@@ -8,7 +8,7 @@ The loss differs from that of tables, |log(1 + f cos) - log(1 + f' cos)|, in its
 takes the place of the cosine. Above 1 / k it is relative error, so dark colors count; and the
 horizon counts like any other direction, where a cosine of 0 would leave it free.
 
-Held-out samples are the scan's own, and neither trained on nor interpolated from.
+Held-out samples are the scan's own; they are neither trained on nor interpolated from.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def hold_out(
 
 
 def highest(scan: Scattered, held_out: float, seed: int) -> Floats:
-    """The highest values (3,) among the samples to train on: no network of a scan exceeds them."""
+    """The highest values (3,) among the samples to train on: no network for a scan exceeds them."""
     kept, _ = hold_out(len(scan.samples), held_out, seed)
     return np.asarray(np.maximum(scan.samples.rgb[kept], 0.0).max(axis=0), np.float64)
 
@@ -105,7 +105,7 @@ def clamped(layers: Sequence[Layer], highest: npt.ArrayLike) -> list[Layer]:
 def validation_errors(
     scan: Scattered, fitted: Brdf, held_out: float, seed: int
 ) -> dict[str, float]:
-    """How well held-out samples are predicted: by what was fitted, and by the nearest sample."""
+    """How well held-out samples are predicted: by the fit, and by the nearest sample."""
     kept, held = hold_out(len(scan.samples), held_out, seed)
     part, truth = scan.subset(kept), scan.samples[held]
     nearest = part.samples.rgb[part.nearest(truth.wi, truth.wo)]
@@ -131,7 +131,7 @@ def relative_errors(predicted: Floats, measured: Floats) -> tuple[float, float]:
 
 
 def _with_mirrored(samples: DirectionSamples, mirrored: bool) -> DirectionSamples:
-    """The samples, and those mirrored in a plane with the normal where that changes nothing."""
+    """The samples, with their mirror images in a plane with the normal if that changes nothing."""
     if not mirrored:
         return samples
     flip = np.array([1.0, -1.0, 1.0])

@@ -46,8 +46,6 @@ _zero = ir.Constant(_vector, [0.0] * LANES)
 
 
 class _Emitter:
-    """Emits vector operations on the flat arrays among the arguments of an intrinsic."""
-
     def __init__(self, context: Any, builder: Any, signature: Any, arguments: Sequence[Any]):
         self.builder = builder
         self.pointers = {
@@ -99,8 +97,8 @@ class _Emitter:
     def sums(self, vectors: Sequence[Any]) -> list[Any]:
         """Sums over the lanes of vectors, as lanes of as few vectors as hold them.
 
-        Pairs of vectors are added half against half until every lane is a sum, which takes a
-        third of the instructions of summing one vector after the other.
+        Pairs of vectors are added half against half until every lane is a sum, which takes a third
+        of the instructions of summing one vector after the other.
         """
         level = [*vectors, *[_zero] * (-len(vectors) % LANES)]
         width = LANES
@@ -121,6 +119,16 @@ class _Emitter:
     def where_positive(self, condition: Any, value: Any) -> Any:
         positive = self.builder.fcmp_ordered(">", condition, _zero)
         return self.builder.select(positive, value, _zero)
+
+
+def _generated(emit: Callable[[_Emitter, Any], None]) -> Callable[..., Any]:
+    """The code of an intrinsic without a value, as Numba takes it."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        emit(_Emitter(context, builder, signature, arguments), arguments)
+        return context.get_dummy_value()
+
+    return generate
 
 
 def _products(
@@ -189,19 +197,17 @@ def _before(arrays: tuple[Any, ...], values: Callable[[_Emitter, Any], tuple[Any
     x, w, *targets = arrays
     signature = types.void(x, i, i, i, w, i, i, i, i, *targets, i)
 
-    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        emit = _Emitter(context, builder, sig, arguments)
+    def emit_tile(emit: _Emitter, arguments: Any) -> None:
         (_, x_at, row, inputs, _, w_at, w_row, w_column, b_at, *_, y_at) = arguments
         biases = [emit.splat(4, emit.at(b_at, (_i64(t), 1))) for t in range(DENSE_ROWS)]
         tile = _products(emit, x_at, row, inputs, w_at, w_row, w_column, biases)
         for t, vectors in enumerate(tile):
             for v, accumulator in enumerate(vectors):
                 at = emit.at(y_at, (row, t), (_i64(v), LANES))
-                for array, value in enumerate(values(emit, builder.load(accumulator)), 9):
+                for array, value in enumerate(values(emit, emit.builder.load(accumulator)), 9):
                     emit.store(value, array, at)
-        return context.get_dummy_value()
 
-    return signature, generate
+    return signature, _generated(emit_tile)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -242,8 +248,7 @@ def _behind(
     x, kept, y, sums = arrays
     signature = types.void(x, i, i, i, x, i, i, i, kept, y, i, sums, i)
 
-    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        emit = _Emitter(context, builder, sig, arguments)
+    def emit_tile(emit: _Emitter, arguments: Any) -> None:
         (_, x_at, row, inputs, _, w_at, w_row, w_column, _, _, y_at, _, sums_at) = arguments
         zeros = [_zero] * DENSE_ROWS
         tile = _products(emit, x_at, row, inputs, w_at, w_row, w_column, zeros)
@@ -252,13 +257,12 @@ def _behind(
             total = emit.load(11, total_at)
             for v, accumulator in enumerate(vectors):
                 at = emit.at(y_at, (row, t), (_i64(v), LANES))
-                value = derivative(emit, emit.load(8, at), builder.load(accumulator))
+                value = derivative(emit, emit.load(8, at), emit.builder.load(accumulator))
                 emit.store(value, 9, at)
-                total = builder.fadd(total, value)
+                total = emit.builder.fadd(total, value)
             emit.store(total, 11, total_at)
-        return context.get_dummy_value()
 
-    return signature, generate
+    return signature, _generated(emit_tile)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -274,25 +278,23 @@ def outer(
     i = types.intp
     signature = types.void(x, i, i, i, i, y, i)
 
-    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        emit = _Emitter(context, builder, sig, arguments)
+    def emit_tile(emit: _Emitter, arguments: Any) -> None:
         (_, a_at, b_at, row, samples, _, y_at) = arguments
         tile = emit.accumulators(*OUTER_ROWS)
         for accumulator in (x for vectors in tile for x in vectors):
-            builder.store(_zero, accumulator)
-        with cgutils.for_range(builder, builder.sdiv(samples, _i64(LANES))) as loop:
+            emit.builder.store(_zero, accumulator)
+        with cgutils.for_range(emit.builder, emit.builder.sdiv(samples, _i64(LANES))) as loop:
             step = (loop.index, LANES)
             left = [emit.load(0, emit.at(a_at, step, (row, t))) for t in range(OUTER_ROWS[0])]
             for u in range(OUTER_ROWS[1]):
                 right = emit.load(0, emit.at(b_at, step, (row, u)))
                 for value, vectors in zip(left, tile, strict=True):
                     emit.multiply_add(value, right, vectors[u])
-        sums = emit.sums([builder.load(x) for vectors in tile for x in vectors])
+        sums = emit.sums([emit.builder.load(x) for vectors in tile for x in vectors])
         for index, vector in enumerate(sums):
             emit.store(vector, 5, emit.at(y_at, (_i64(index), LANES)))
-        return context.get_dummy_value()
 
-    return signature, generate
+    return signature, _generated(emit_tile)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -301,34 +303,30 @@ def sum_lanes(_context: Any, x: Any, x_offset: Any, y: Any, y_offset: Any) -> An
     i = types.intp
     signature = types.void(x, i, y, i)
 
-    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        emit = _Emitter(context, builder, sig, arguments)
+    def emit_tile(emit: _Emitter, arguments: Any) -> None:
         (_, x_at, _, y_at) = arguments
         vectors = [emit.load(0, emit.at(x_at, (_i64(t), LANES))) for t in range(LANES)]
         emit.store(emit.sums(vectors)[0], 2, y_at)
-        return context.get_dummy_value()
 
-    return signature, generate
+    return signature, _generated(emit_tile)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
 def prefetch_block(_context: Any, x: Any, x_offset: Any) -> Any:
-    """Ask for the :data:`BLOCK` values at an offset to be fetched into the second-level cache."""
+    """Prefetch the :data:`BLOCK` values at an offset into the second-level cache."""
     signature = types.void(x, types.intp)
 
-    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        emit = _Emitter(context, builder, sig, arguments)
+    def emit_tile(emit: _Emitter, arguments: Any) -> None:
         byte, flag = ir.IntType(8).as_pointer(), ir.IntType(32)
         prefetch = cgutils.get_or_insert_function(
-            builder.module,
+            emit.builder.module,
             ir.FunctionType(ir.VoidType(), [byte, flag, flag, flag]),
             "llvm.prefetch.p0",
         )
-        address = builder.bitcast(builder.gep(emit.pointers[0], [arguments[1]]), byte)
-        builder.call(prefetch, [address, flag(0), flag(2), flag(1)])
-        return context.get_dummy_value()
+        address = emit.builder.bitcast(emit.builder.gep(emit.pointers[0], [arguments[1]]), byte)
+        emit.builder.call(prefetch, [address, flag(0), flag(2), flag(1)])
 
-    return signature, generate
+    return signature, _generated(emit_tile)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -336,10 +334,8 @@ def copy_block(_context: Any, x: Any, x_offset: Any, y: Any, y_offset: Any) -> A
     """Copy :data:`BLOCK` values between aligned offsets of two arrays."""
     signature = types.void(x, types.intp, y, types.intp)
 
-    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        emit = _Emitter(context, builder, sig, arguments)
+    def emit_tile(emit: _Emitter, arguments: Any) -> None:
         (_, x_at, _, y_at) = arguments
         emit.store(emit.load(0, x_at, ir.VectorType(_f32, BLOCK)), 2, y_at)
-        return context.get_dummy_value()
 
-    return signature, generate
+    return signature, _generated(emit_tile)

@@ -1,8 +1,8 @@
 """The fit in PyTorch, on any device: the maths of the CPU kernel for many materials at once.
 
-Networks of one shape make a *stack*: their weights lie in one tensor a layer, and a step of all of
-them is a handful of batched matrix products. Small as they are, that is what keeps a GPU busy; what
-is left there is the time to launch kernels, so a step is recorded once as a CUDA graph and then
+Networks of one shape make a *stack*: their weights lie in one tensor per layer, and a step of all
+is a handful of batched matrix products. Small as they are, that is what keeps a GPU busy; the rest
+of the time there goes into launching kernels, so a step is recorded once as a CUDA graph and then
 replayed.
 """
 
@@ -15,6 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Weights
 from nacre.errors import require
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.samples import BLOCK, MIN_SLOPE, Samples
@@ -27,7 +28,6 @@ __all__ = ["NetworkModule", "SampleStack", "TorchTrainer", "module", "stack_byte
 torch: Any = require("torch", "torch")
 adam: Any = require("torch.optim.adam", "torch").adam
 Tensor: TypeAlias = Any
-Vector = npt.NDArray[np.float32]
 
 _LARGEST = 88.0  # bound of outputs, as in the kernel: e^x of more is infinite in single precision
 _LOSS_BLOCKS = 4096  # blocks of one material that are evaluated at a time
@@ -37,7 +37,7 @@ _recording = threading.Lock()  # a process can record one CUDA graph at a time
 
 
 def stack_bytes(device: str) -> int:
-    """Bytes of samples that make a full stack: 1 GiB, of CUDA 4 GiB or half of what is free."""
+    """Bytes of samples that make a full stack: 1 GiB; on CUDA 4 GiB or half of what is free."""
     opened = open_device(device)
     if opened.type != "cuda":
         return 1 << 30
@@ -51,7 +51,7 @@ class SampleStack:
     def __init__(self, samples: Sequence[Samples], device: str) -> None:
         counts = [part.block_count for part in samples]
         rows = samples[0].rows
-        # Sample by sample, so that a batch that is gathered is a matrix with a sample a row.
+        # Sample by sample, so that a gathered batch is a matrix with one sample per row.
         self.blocks = torch.empty((sum(counts), BLOCK, rows), device=device)
         self.parts = self.blocks.split(counts)
         for target, part in zip(self.parts, samples, strict=True):
@@ -67,7 +67,7 @@ class TorchTrainer:
     "cuda:1".
 
     Initial layers of each network are copied; a step takes `batch` samples of each material, a
-    multiple of 16. The activation is ReLU or its square. Reflectances are e^x - `offset` of the
+    multiple of 16. The activation is ReLU or its square. Reflectances are e^x - `offset` for
     outputs x. Raises NacreError if PyTorch has no such device here.
     """
 
@@ -86,7 +86,7 @@ class TorchTrainer:
         self._activation, self._offset = activation, offset
         self._device = open_device(device)
 
-        def stacked(array: Vector) -> Tensor:
+        def stacked(array: Weights) -> Tensor:
             one = torch.tensor(array, device=self._device)
             return one.repeat(materials, *[1] * array.ndim)
 
@@ -111,7 +111,7 @@ class TorchTrainer:
 
     def gradient(
         self, samples: SampleStack, order: npt.NDArray[np.int64]
-    ) -> tuple[Vector, list[list[Layer]]]:
+    ) -> tuple[Weights, list[list[Layer]]]:
         """Mean losses over the blocks in an order, shape (materials,), and their gradients.
 
         The order, of at most one batch, is as in :meth:`epoch`; gradients are layers of networks.
@@ -122,15 +122,13 @@ class TorchTrainer:
         losses = self._losses(blocks, self._weights, self._biases) / (OUTPUTS * blocks.shape[1])
         return np.asarray(losses.cpu()), self._layers(*self._gradient(blocks))
 
-    def epoch(
-        self, samples: SampleStack, order: npt.NDArray[np.int64], rates: npt.NDArray[np.float32]
-    ) -> None:
-        """One step per learning rate over the blocks in `order`: indices of shape (blocks,), or
-        (materials, blocks) for orders of their own. There is a rate for each batch of the order.
+    def epoch(self, samples: SampleStack, order: npt.NDArray[np.int64], rates: Weights) -> None:
+        """Take one step per learning rate over the blocks in `order`: indices of shape (blocks,),
+        or (materials, blocks) for orders of their own. There is a rate for each batch of the order.
         """
         if self._stream:
             self._stream.wait_stream(torch.cuda.current_stream(self._device))
-        with torch.cuda.stream(self._stream):  # of no effect without one
+        with torch.cuda.stream(self._stream):  # has no effect without one
             parts = torch.from_numpy(order).to(self._device).split(self._batch, dim=-1)
             for part, rate in zip(parts, torch.from_numpy(rates).to(self._device), strict=True):
                 self._rate.copy_(rate)
@@ -138,7 +136,7 @@ class TorchTrainer:
         if self._stream:
             torch.cuda.current_stream(self._device).wait_stream(self._stream)
 
-    def loss(self, samples: SampleStack) -> Vector:
+    def loss(self, samples: SampleStack) -> Weights:
         """Mean losses over all samples, shape (materials,)."""
         losses = []
         for index, blocks in enumerate(samples.parts):
@@ -175,7 +173,7 @@ class TorchTrainer:
             self._graph.replay()
 
     def _record(self, blocks: Tensor) -> Any:
-        """The step of a whole batch as a CUDA graph; it is not done yet."""
+        """The step of a whole batch as a CUDA graph; it is not taken yet."""
         graph = torch.cuda.CUDAGraph()
         options = {"stream": self._stream, "capture_error_mode": "thread_local"}
         with _recording, torch.cuda.device(self._device), torch.cuda.graph(graph, **options):
@@ -183,7 +181,6 @@ class TorchTrainer:
         return graph
 
     def _update(self, blocks: Tensor) -> None:
-        """Gradient and Adam, with the constants of the kernel."""
         weights, biases = self._gradient(blocks)
         adam(
             self._weights + self._biases, weights + biases, self._means, self._squares, [],
@@ -230,13 +227,12 @@ class TorchTrainer:
 
 
 def _weighted(outputs: Tensor, weight: Tensor, offset: float) -> tuple[Tensor, Tensor]:
-    """e^x and (e^x - offset) weight of outputs x."""
     e = outputs.clamp_(max=_LARGEST).exp_()
     return e, (e - offset) * weight
 
 
 def _argument(weighted: Tensor, weight: Tensor) -> Tensor:
-    """What the loss takes the logarithm of.
+    """The argument of the loss's logarithm.
 
     As in the kernel: with a weight above 1 the logarithm is the same on both sides of 0, where it
     goes on as -log(1 - u).

@@ -4,35 +4,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from nacre.array import namespace
-from nacre.brdf import above_horizon
 from nacre.errors import require
-from nacre.geometry import broadcast_shape, join
-from nacre.neural.inputs import network_inputs
+from nacre.geometry import broadcast_shape
 from nacre.neural.nbrdf import NeuralBrdf, check_weights, round_layers
-from nacre.numerics.mlp import Layer, activate
+from nacre.neural.torch_layers import evaluated
+from nacre.numerics.mlp import Layer
 
 torch: Any = require("torch", "torch")
 Tensor: TypeAlias = Any
-
-_LARGEST = 88.0  # bound of outputs: e^x of more is infinite, and its gradient no number
-_CHUNK = 1 << 14  # values of a layer's unit evaluated at a time: layers stay in the cache
-_KEPT = 32  # networks whose weights stay on a device between calls of Brdf.eval
 
 
 class NetworkModule(torch.nn.Module):  # type: ignore[misc]
     """A network, or a stack of networks of one shape, whose weights are parameters.
 
-    `weights` and `biases` hold a tensor a layer: shapes (inputs, outputs) and (outputs,), in a
+    `weights` and `biases` hold a tensor per layer: shapes (inputs, outputs) and (outputs,), in a
     stack (materials, inputs, outputs) and (materials, outputs). :func:`module` makes one.
 
-    Gradients are finite for any pair of unit directions, but as long as those of the inputs: where
-    the half vector comes near the normal, about which its azimuth turns, they grow without bound.
+    Gradients are finite for any pair of unit directions, but only as small as those of the inputs:
+    they grow without bound where the half vector comes near the normal, about which its azimuth
+    turns.
     """
 
     def __init__(self, networks: Sequence[NeuralBrdf], stacked: bool) -> None:
@@ -50,23 +45,18 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
         self.weights, self.biases = parameters(0), parameters(1)
 
     def extra_repr(self) -> str:
-        """Shown by PyTorch's table of the module."""
         count = f"{len(self.networks)} x " if self.stacked else ""
         return count + self.networks[0].summary()
 
     def brdf(self, index: int = 0) -> NeuralBrdf:
         """The network as it is now, or that of a material of a stack, which can be saved.
 
-        Weights are rounded to the precision in which it was stored. Facts about its fit are left
-        out where weights have changed; the sampler stays: :func:`nacre.sampling.fit_lobes` fits
-        lobes to the new reflectance.
+        Weights are rounded to the precision in which the network was stored. Facts about its fit
+        are left out where weights have changed; the sampler stays: :func:`nacre.sampling.fit_lobes`
+        fits lobes to the new reflectance.
 
-        Raises
-        ------
-        IndexError
-            If there is no such material.
-        ValueError
-            If weights are not finite, or so large that sums of them overflow.
+        Raises IndexError if there is no such material, ValueError if weights are not finite, or so
+        large that sums of them overflow.
         """
         network = self.networks[index]
         pairs = [
@@ -83,47 +73,27 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
         return network.with_layers(layers).replaced(metadata=kept)
 
     def forward(self, wi: Tensor, wo: Tensor) -> Tensor:
-        """f_r in 1/sr, linear RGB, without the cosine, as :meth:`nacre.Brdf.eval` gives it.
+        """f_r in 1/sr, linear RGB, without the cosine, as :meth:`nacre.Brdf.eval` returns it.
 
-        Parameters
-        ----------
-        wi, wo
-            Directions to the light and to the viewer of shapes (..., 3) that broadcast; of a stack,
-            to (materials, n, 3). They are taken to be of unit length.
-
-        Returns
-        -------
-        tensor of shape (..., 3), or (materials, n, 3)
-            Non-negative; 0 where either direction is at or below the horizon. float64 if an input
-            is, else float32.
-
-        Raises
-        ------
-        ValueError
-            If shapes are not as above.
+        `wi` and `wo` are directions to the light and to the viewer, taken to be of unit length, in
+        shapes (..., 3) that broadcast; in a stack, to (materials, n, 3). f_r has that shape and is
+        non-negative; 0 where either direction is at or below the horizon; float64 if an input is,
+        else float32. Raises ValueError if shapes are not as above.
         """
         wi, wo = namespace(wi, wo).matched(wi, wo)
         shape = self._shape(wi, wo)
         wi, wo = (w.expand(shape) for w in (wi, wo))
         if not self.stacked:
             wi, wo = (w.reshape(1, math.prod(shape[:-1]), 3) for w in (wi, wo))
-        needed = [wi.requires_grad, wo.requires_grad]
-        needed += [p.requires_grad for p in self.parameters()]
-        graph = torch.is_grad_enabled() and any(needed)
         stacks = (
-            [(p if self.stacked else p[None]).to(wi.dtype) for p in ps]
-            for ps in (self.weights, self.biases)
+            [p if self.stacked else p[None] for p in ps] for ps in (self.weights, self.biases)
         )
         layers = list(zip(*stacks, strict=True))
-        chunk = max(1, _CHUNK // len(self.networks))
-        if graph or wi.device.type != "cpu" or torch.compiler.is_compiling():
-            chunk = max(1, wi.shape[1])
-        pairs = zip(wi.split(chunk, 1), wo.split(chunk, 1), strict=True)
-        values = torch.cat([self._values(*pair, layers) for pair in pairs], 1)
+        values = evaluated(self.networks[0], layers, wi, wo, self._angle(wi))
         return values if self.stacked else values.reshape(shape)
 
     def _shape(self, wi: Tensor, wo: Tensor) -> tuple[int, ...]:
-        """What both tensors are expanded to: (..., 3), or of a stack (materials or 1, n, 3)."""
+        """What both tensors are expanded to: (..., 3), or in a stack (materials or 1, n, 3)."""
         shape = broadcast_shape(wi=wi, wo=wo)
         if not self.stacked:
             return shape
@@ -133,22 +103,8 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
             raise ValueError(f"expected shapes that broadcast to ({count}, n, 3), got {shape}")
         return whole
 
-    def _values(self, wi: Tensor, wo: Tensor, layers: Sequence[tuple[Tensor, Tensor]]) -> Tensor:
-        """f_r of shape (materials, n, 3) for directions of shape (materials or 1, n, 3)."""
-        light, view = (w.movedim(-1, 0).contiguous().unbind() for w in (wi, wo))
-        inputs = network_inputs(light, view, self.isotropic, self.inputs, self._angle(wi))
-        rows = [x if isinstance(x, torch.Tensor) else torch.full_like(light[0], x) for x in inputs]
-        # One row a unit: with a row a pair, products of layers this small take half as long again.
-        values = torch.stack(torch.broadcast_tensors(*rows), 1).expand(len(layers[0][0]), -1, -1)
-        *hidden, (weights, biases) = layers
-        for w, b in hidden:
-            values = activate(torch.baddbmm(b[..., None], w.mT, values), self.activation)
-        values = torch.baddbmm(biases[..., None], weights.mT, values).clamp(max=_LARGEST)
-        rgb = self.networks[0].from_outputs(values.unbind(1))
-        return join(above_horizon(rgb, light, view))
-
     def _angle(self, like: Tensor) -> Tensor | float:
-        """Azimuth of the axes: of all materials, or where it differs of shape (materials, 1)."""
+        """Azimuth of the axes: one for all materials, or of shape (materials, 1)."""
         angles = [network.angle for network in self.networks]
         if len(set(angles)) == 1:
             return angles[0]
@@ -158,16 +114,9 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
 def module(brdf: NeuralBrdf | Sequence[NeuralBrdf]) -> NetworkModule:
     """A network as a PyTorch module, or networks of one shape as one module.
 
-    Parameters
-    ----------
-    brdf
-        One network, or a sequence of them with the same inputs, isotropy, activation and sizes of
-        layers. They stay as they are: parameters are copies, on the CPU in single precision.
-
-    Returns
-    -------
-    NetworkModule
-        Called with directions `(wi, wo)`; :meth:`NetworkModule.brdf` gives networks back.
+    Networks in a sequence must have the same inputs, isotropy, activation and sizes of layers. They
+    stay as they are: parameters are copies, on the CPU in single precision. The module takes
+    directions `(wi, wo)`, and :meth:`NetworkModule.brdf` gives networks back.
 
     Raises
     ------
@@ -200,10 +149,3 @@ def module(brdf: NeuralBrdf | Sequence[NeuralBrdf]) -> NetworkModule:
         one, other = (networks[i].summary() for i in (0, different))
         raise ValueError(f"networks of a stack have one shape: 0 is {one}; {different} is {other}")
     return NetworkModule(networks, stacked=not isinstance(brdf, NeuralBrdf))
-
-
-@lru_cache(maxsize=_KEPT)
-def constant_module(brdf: NeuralBrdf, device: Any) -> NetworkModule:
-    """The module of a network on a device, whose weights take no gradients."""
-    made: NetworkModule = module(brdf).requires_grad_(False).to(device)
-    return made

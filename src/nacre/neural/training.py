@@ -10,6 +10,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Weights
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK
@@ -19,8 +20,6 @@ from nacre.runtime.progress import Progress
 
 
 class Blocks(Protocol):
-    """Samples in blocks, of one material or of a stack."""
-
     @property
     def block_count(self) -> int:
         """Number of blocks of each material."""
@@ -28,17 +27,15 @@ class Blocks(Protocol):
 
 _Samples = TypeVar("_Samples", bound=Blocks)
 _SamplesIn = TypeVar("_SamplesIn", bound=Blocks, contravariant=True)
-_Loss = TypeVar("_Loss", float, npt.NDArray[np.float32])
-_LossOut = TypeVar("_LossOut", float, npt.NDArray[np.float32], covariant=True)
+_Loss = TypeVar("_Loss", float, Weights)
+_LossOut = TypeVar("_LossOut", float, Weights, covariant=True)
 
 
 class Trainer(Protocol[_SamplesIn, _LossOut]):
     """Weights and optimizer state on some device: of one network, or a stack with a loss each."""
 
-    def epoch(
-        self, samples: _SamplesIn, order: npt.NDArray[np.int64], rates: npt.NDArray[np.float32]
-    ) -> None:
-        """One Adam step per learning rate over blocks in the given order."""
+    def epoch(self, samples: _SamplesIn, order: npt.NDArray[np.int64], rates: Weights) -> None:
+        """Take one Adam step per learning rate over blocks in the given order."""
 
     def loss(self, samples: _SamplesIn) -> _LossOut:
         """Mean loss over all samples."""
@@ -66,7 +63,7 @@ def train(
 
 
 def epochs(trainer: Trainer[_Samples, _Loss], training: _Samples, recipe: Recipe) -> Iterator[int]:
-    """Run the schedule of a recipe an epoch at a time; each is counted when it is done, from 0."""
+    """Run the schedule of a recipe an epoch at a time, yielding each from 0 when it is done."""
     batch_blocks = recipe.batch // BLOCK
     steps = -(-training.block_count // batch_blocks)
     rates = schedule(steps * recipe.epochs, recipe.learning_rate)
@@ -82,7 +79,7 @@ def _median(losses: npt.ArrayLike) -> float:
     return float(np.sort(losses, axis=None)[np.size(losses) // 2])
 
 
-def schedule(steps: int, peak: float) -> npt.NDArray[np.float32]:
+def schedule(steps: int, peak: float) -> Weights:
     """Learning rate of every step: linear warm-up over 2 %, then a cosine to zero."""
     step = np.arange(steps)
     warm_up = max(1, steps // 50)
@@ -94,10 +91,7 @@ def schedule(steps: int, peak: float) -> npt.NDArray[np.float32]:
 def initial_layers(
     hidden: Sequence[int], seed: int, inputs: int = 6, start: int = 0
 ) -> list[Layer]:
-    """Normal weights of variance 2 / inputs (He et al. 2015) and zero biases.
-
-    Starts of the same seed have different ones.
-    """
+    """Normal weights of variance 2 / inputs (He et al. 2015), new for each start; zero biases."""
     random = np.random.default_rng((seed, 2, start) if start else (seed, 2))
     return [
         Layer(

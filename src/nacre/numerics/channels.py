@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Weights
+
 LUMA = math.sqrt(1 / 3)  # weight of each channel in the luma
-CHROMA: npt.NDArray[np.float32] = np.array(
+CHROMA: Weights = np.array(
     [[math.sqrt(1 / 2), -math.sqrt(1 / 2), 0.0], [*[math.sqrt(1 / 6)] * 2, -math.sqrt(2 / 3)]],
     np.float32,
-)
-"""Weights of the channels in both chroma components, shape (2, 3)."""
+)  # weights of the channels in both chroma components, shape (2, 3)
 PERMUTATIONS = np.array(list(itertools.permutations(range(3))))  # of the channels, shape (6, 3)
 CHROMA_PERMUTATIONS = CHROMA[:, PERMUTATIONS].swapaxes(0, 1) @ CHROMA.T
 """What each permutation does to the chroma components, shape (6, 2, 2)."""

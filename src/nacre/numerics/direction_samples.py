@@ -26,7 +26,6 @@ class DirectionSamples:
 
     @property
     def cosine(self) -> Scalars:
-        """Cos theta_i, shape (n,)."""
         return self.wi[:, 2]
 
     def __len__(self) -> int:
@@ -61,7 +60,7 @@ class Scattered(Protocol):
 
 
 def loss_scale(gain: object) -> str:
-    """What a loss of this gain compares, for people: "log(1 + 32 f cos)".
+    """What a loss with this gain compares, for people: "log(1 + 32 f cos)".
 
     Losses on different scales say nothing about each other. A scan has no gain: its held-out
     samples are compared as with a gain of 1.

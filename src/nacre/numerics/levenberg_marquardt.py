@@ -7,11 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from nacre.array import Floats
-
-Vector = npt.NDArray[np.float64]
+from nacre.array import Doubles, Floats
 
 _SOFTENING = 0.05  # residuals below this share of the mean count as squares
 _LONGEST = 2.0  # change of a parameter in one step
@@ -20,15 +17,15 @@ _HOPELESS = 1e8  # damping at which no step helps any more
 
 
 def minimize(
-    residuals: Callable[[Vector], Floats],
-    jacobian: Callable[[Vector, Any], Floats],
-    start: Vector,
+    residuals: Callable[[Doubles], Floats],
+    jacobian: Callable[[Doubles, Any], Floats],
+    start: Doubles,
     iterations: int,
     limit: float = math.inf,
     squares: bool = False,
-) -> tuple[Vector, float]:
-    """Parameters (p,) at which the mean absolute residual is least near a start, and that mean; or
-    the mean square.
+) -> tuple[Doubles, float]:
+    """Parameters (p,) near a start that minimize the mean absolute residual, or the mean square,
+    and that mean.
 
     Each step solves least squares, damped after Levenberg and Marquardt. For absolute values a
     residual r weighs 1 / sqrt(r^2 + e^2), so that the weighted squares bound them from above

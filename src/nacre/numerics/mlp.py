@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
-from nacre.array import Array, Floats, namespace
+from nacre.array import Array, Floats, Weights, namespace
 
 RELU, TANH = "relu", "tanh"
 SQUARED_RELU = "squared relu"  # max(x, 0)^2: smooth, for one more multiplication
@@ -27,18 +26,10 @@ _CLIP = 60.0  # bound of the exponent of SILU: exp does not overflow float32
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """One dense layer: `inputs @ weights + biases`. Unpacks into the two.
+    """One dense layer: `inputs @ weights + biases`, kept as float32. Unpacks into the two."""
 
-    Parameters
-    ----------
-    weights
-        Shape (inputs, outputs); kept as float32.
-    biases
-        Shape (outputs,); kept as float32.
-    """
-
-    weights: npt.NDArray[np.float32]
-    biases: npt.NDArray[np.float32]
+    weights: Weights  # shape (inputs, outputs)
+    biases: Weights  # shape (outputs,)
 
     def __post_init__(self) -> None:
         for name in ("weights", "biases"):
@@ -49,12 +40,11 @@ class Layer:
         if len(shape) != 2 or 0 in shape or self.biases.shape != shape[1:]:
             raise ValueError(f"weights {shape} and biases {self.biases.shape} are not a layer")
 
-    def __iter__(self) -> Iterator[npt.NDArray[np.float32]]:
+    def __iter__(self) -> Iterator[Weights]:
         return iter((self.weights, self.biases))
 
     @property
     def nbytes(self) -> int:
-        """Memory of weights and biases."""
         return self.weights.nbytes + self.biases.nbytes
 
 
@@ -64,10 +54,7 @@ AnyLayer: TypeAlias = Layer | tuple[Any, Any]
 def widths(layers: Sequence[Layer]) -> tuple[int, ...]:
     """Inputs of the first layer, then the outputs of each.
 
-    Raises
-    ------
-    ValueError
-        If there is no layer, or the layers do not chain.
+    Raises ValueError if there is no layer, or the layers do not chain.
     """
     if not layers:
         raise ValueError("a network has at least one layer")
@@ -80,21 +67,10 @@ def widths(layers: Sequence[Layer]) -> tuple[int, ...]:
 def forward(values: Any, layers: Sequence[AnyLayer], activation: str = RELU) -> Any:
     """Outputs of a network.
 
-    Parameters
-    ----------
-    values
-        Inputs: a NumPy array or tensor of shape (..., inputs), a sequence of one array or number
-        an input, or a cooperative vector.
-    layers
-        The last one is linear.
-    activation
-        What follows each of the others: :data:`RELU`, :data:`SQUARED_RELU`, :data:`TANH`,
-        :data:`SILU` or :data:`SILU_BY_TANH`.
-
-    Returns
-    -------
-    array, tensor, list of arrays, or cooperative vector
-        As `values`, with as many outputs as the last layer.
+    `values` are the inputs: a NumPy array or tensor of shape (..., inputs), a sequence of one array
+    or number per input, or a cooperative vector; so are the outputs. The activation, :data:`RELU`,
+    :data:`SQUARED_RELU`, :data:`TANH`, :data:`SILU` or :data:`SILU_BY_TANH`, follows each layer but
+    the last.
     """
     *hidden, last = layers
     for layer in hidden:
@@ -105,7 +81,7 @@ def forward(values: Any, layers: Sequence[AnyLayer], activation: str = RELU) -> 
 def dense(values: Any, layer: AnyLayer, activation: str | None = None) -> Any:
     """One layer, and the activation after it; see :func:`forward`.
 
-    Tensors may be of many networks at once: values (networks, n, inputs), weights (networks,
+    Tensors may belong to many networks at once: values (networks, n, inputs), weights (networks,
     inputs, outputs) and biases (networks, outputs).
     """
     product, functions = _library(values)
@@ -114,7 +90,7 @@ def dense(values: Any, layer: AnyLayer, activation: str | None = None) -> Any:
 
 
 def activate(values: Any, activation: str) -> Any:
-    """What an activation of :func:`forward` makes of the values before it."""
+    """An activation of :func:`forward` applied to the values before it."""
     return _library(values)[1][activation](values)
 
 
@@ -122,7 +98,7 @@ _Functions: TypeAlias = dict[str, Callable[[Any], Any]]
 
 
 def _library(values: Any) -> tuple[Callable[[Any, Any, Any], Any], _Functions]:
-    """The product with a layer, and the activations by name, of the library of some values."""
+    """The product with a layer, and the activations by name, for the library of some values."""
     if isinstance(values, np.ndarray):
         return _rows, _NUMPY
     if isinstance(values, list | tuple):
@@ -137,7 +113,6 @@ def _rows(values: Floats, weights: Floats, biases: Floats) -> Floats:
 
 
 def silu(x: Floats) -> Floats:
-    """The activation :data:`SILU` of an array."""
     return x / (1.0 + np.exp(-np.clip(x, -_CLIP, _CLIP)))
 
 
@@ -210,7 +185,7 @@ def _squared_relu_cooperative(values: Any) -> Any:
 
 
 def _silu_cooperative(values: Any) -> Any:
-    """By way of tanh: these vectors have no other function of an exponential."""
+    """By way of tanh: these vectors have no other function with an exponential."""
     import drjit
 
     half = values * 0.5

@@ -21,8 +21,8 @@ def minimize(
 ) -> tuple[float, Floats]:
     """Least value of a function of parameters (p,) near where it starts, and its parameters.
 
-    Steps are damped after Levenberg and Marquardt, so that a Hessian serves that is only near the
-    true one, as long as it is positive semidefinite. A gain below `enough` ends them.
+    Steps are damped after Levenberg and Marquardt, so an approximate Hessian will do, as long as it
+    is positive semidefinite. A gain below `enough` ends them.
     """
     best = start
     value, gradient, hessian = function(best)

@@ -10,15 +10,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats
+from nacre.array import Doubles, Floats, Weights
 from nacre.numerics.channels import CHROMA, LUMA
-
-Double = npt.NDArray[np.float64]
 
 _OVERSAMPLING = 16  # directions beyond those asked for, which make these converge in few passes
 _POWERS = 4  # passes over rows in memory
-PASSES = 2
-"""Times that :func:`leading_directions` goes through the rows."""
+PASSES = 2  # times that leading_directions goes through the rows
 
 BY_CHANNEL = (np.eye(3),)
 """Every channel counts as a row of its own; see :class:`ColoredComponents`."""
@@ -30,22 +27,19 @@ Runs = Callable[[], Iterable[Sequence[Floats]]]
 """Goes through all rows once: yields the same run of rows of each matrix, shapes (b, width)."""
 
 
-def largest_first(matrix: Floats, count: int | None = None) -> tuple[Double, Double]:
-    """The k largest eigenvalues of a symmetric matrix (n, n), largest first, and eigenvectors (n,
-    k).
-    """
+def largest_first(matrix: Floats, count: int | None = None) -> tuple[Doubles, Doubles]:
+    """The k largest eigenvalues of a symmetric (n, n), largest first; eigenvectors (n, k)."""
     values, vectors = np.linalg.eigh(np.asarray(matrix, np.float64))
     return values[::-1][:count], vectors[:, ::-1][:, :count]
 
 
-def snapshots(
-    slabs: Callable[[], Iterable[Floats]], count: int
-) -> tuple[Double, npt.NDArray[np.float32]]:
-    """Components of few rows of many columns, by the products of the rows among each other.
+def snapshots(slabs: Callable[[], Iterable[Floats]], count: int) -> tuple[Doubles, Weights]:
+    """Components of few rows of many columns, from the products of the rows with each other.
 
     `slabs` goes through the columns once, a slab of shape (rows, b) at a time, and is called twice;
-    the mean is off already. Given are the sums of the squares of the rows along each component, the
-    largest first, and unit vectors (components, columns). Components without variance are left out.
+    the mean is subtracted already. Returns the sums of the squares of the rows along each
+    component, the largest first, and unit vectors (components, columns). Components without
+    variance are left out.
     """
     gram = sum(np.asarray(slab @ slab.T) for slab in slabs())
     squares, vectors = largest_first(np.asarray(gram), count)
@@ -58,10 +52,10 @@ def snapshots(
 def leading_components(
     rows: Floats, orders: Sequence[npt.NDArray[Any]], count: int, seed: int = 0
 ) -> tuple[Floats, Floats]:
-    """The leading components of rows (rows, n) that are counted in several orders of their columns.
+    """The leading components of rows (rows, n) that count in several orders of their columns.
 
     Subspace iteration (Halko, Martinsson and Tropp 2011); the reordered rows are never made. Orders
-    are a group, like those of :func:`nacre.textures.codecs.symmetry.symmetric_rotations`. Given are
+    are a group, like those of :func:`nacre.textures.codecs.symmetry.symmetric_rotations`. Returns
     orthonormal components (n, count), the strongest first, and their variances: mean squares of the
     rows along them, (count,).
     """
@@ -85,13 +79,13 @@ def leading_components(
 
 def leading_directions(
     runs: Runs, matrices: int, width: int, count: int, seed: int
-) -> list[npt.NDArray[np.float64]]:
-    """Approximate right singular vectors of several matrices, which are gone through together.
+) -> list[Doubles]:
+    """Approximate right singular vectors of several matrices in shared passes over their rows.
 
     Subspace iteration from random directions (Halko, Martinsson and Tropp 2011, "Finding Structure
     with Randomness", algorithm 4.4): products X^T (X Q) are summed over runs of rows of X, of
-    length `width`, given :data:`PASSES` times. Of each matrix there are `count` orthonormal
-    vectors, shape (width, count), the largest singular value first.
+    length `width`, in :data:`PASSES` passes. Each matrix gets `count` orthonormal vectors, shape
+    (width, count), the largest singular value first.
     """
     random = np.random.default_rng(seed)
     columns = min(width, count + _OVERSAMPLING)
@@ -111,20 +105,20 @@ class ColoredComponents(NamedTuple):
 
     The covariance of colors that count with all permutations of their channels commutes with these:
     its eigenvectors are products of a component with the luma, or with each of two chroma
-    components. So components are found of the luma and of the chroma apart, each at a third of the
+    components. So components are found for the luma and the chroma apart, each at a third of the
     size, and the strongest are chosen.
     """
 
     part: npt.NDArray[np.int64]  # which of the parts each comes from, shape (k,)
     component: npt.NDArray[np.int64]  # which component of the part, shape (k,)
     colors: Floats  # its unit color, shape (k, 3)
-    variances: Double  # of each, largest first, shape (k,)
+    variances: Doubles  # of each, largest first, shape (k,)
 
 
 def strongest(
     variances: Sequence[npt.ArrayLike], colors: Sequence[Floats], count: int
 ) -> ColoredComponents:
-    """The components of the largest variances, at most `count`; of both colors of a component the
+    """The components with the largest variances, at most `count`; of both colors of a component the
     second may be left out.
 
     Variances are those of the components of each part, colors (colors, 3) its

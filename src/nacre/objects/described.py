@@ -12,7 +12,7 @@ from nacre.errors import printable
 from nacre.objects.frozen import Frozen
 
 _drawers: list[Callable[[object], str]] = []
-"""What draws materials for notebooks, the one to use last."""
+"""Functions that draw materials for notebooks; the last one is used."""
 
 
 def draw_by(picture: Callable[[object], str]) -> None:
@@ -34,7 +34,7 @@ class Described(Frozen):
         """Facts in the order they should be shown."""
 
     def summary(self) -> str:
-        """What this is, in a few words that take no time to find."""
+        """What this is, in a few words that are quick to compute."""
         return ""
 
     def __repr__(self) -> str:

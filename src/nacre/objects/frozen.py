@@ -25,7 +25,6 @@ class Frozen(metaclass=_FrozenMeta):
 
     @property
     def closed(self) -> bool:
-        """Whether the constructor is done."""
         return self._closed
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -41,11 +40,7 @@ class Frozen(metaclass=_FrozenMeta):
         """A copy that shares all data with this object but for the given attributes.
 
         Cached properties are shared too. A dataclass checks the new values as its constructor does.
-
-        Raises
-        ------
-        AttributeError
-            If there is no attribute of a name.
+        Raises AttributeError if there is no attribute of a name.
         """
         for name in attributes:
             if name not in vars(self) and not hasattr(type(self), name):

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from nacre.latent.basis import Vector
+from nacre.array import Doubles as Vector
 from nacre.latent.directions import isotropic_inputs
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
-from nacre.latent.posterior import LOOSE, Linearized, Posterior, search
+from nacre.latent.posterior import LOOSE, Linearized, Posterior
 from nacre.neural.inputs import ENHANCED
 from nacre.numerics.channels import CHROMA
 from nacre.photographs.recording import Recording
@@ -48,8 +48,8 @@ def posterior_of_photographs(
 ) -> Posterior:
     """What photographs of a material say of its code.
 
-    Their pixels are observations as samples of f_r are in :func:`nacre.latent.posterior.posterior`,
-    with the same prior, and pixels that no code explains hardly count.
+    Their pixels are observations as samples of f_r are in :func:`nacre.latent.posterior.search`,
+    with the same prior, and pixels that no code explains get little weight.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def posterior_of_photographs(
         slope = np.concatenate(slopes) / lit
         return Linearized(PRECISION * missed, PRECISION * slope, PRECISION * noise / lit)
 
-    return search(basis, linearized, extra=len(factors))
+    return basis.inferred(linearized, extra=len(factors))
 
 
 def camera_factors(found: Posterior, count: int, camera: str) -> Vector:

@@ -1,9 +1,9 @@
-"""A fingerprint of the code that decides a result, so that what older code has made is known.
+"""A fingerprint of the code that decides a result, so that results of older code can be told.
 
-From the functions, classes or modules that a result is asked of, the names in their source are
-followed through imports to every function, class and constant that they can reach. What is not
-reached does not count, and neither do comments, docstrings, annotations of functions and layout.
-Nothing is imported or run to find out.
+From the functions, classes or modules that make a result, the names in their source are followed
+through imports to every function, class and constant that they can reach. What is not reached does
+not count, and neither do comments, docstrings, annotations of functions and layout. Nothing is
+imported or run to find out.
 
 What is found by a name only while the code runs is followed where a text names it as registries do,
 "nacre.measured.rgl:FORMAT". An object that a caller passes must have its class among the roots.
@@ -24,11 +24,9 @@ from typing import Any, NamedTuple, TypeAlias
 _PLACE = re.compile(r"([a-z_]\w*(?:\.\w+)+):(\w+)")
 """Something in a module, as registries write it."""
 
-_SILENT = {"ctx", "kind", "type_comment", "returns"}
-"""Fields of the syntax tree without effect."""
+_SILENT = {"ctx", "kind", "type_comment", "returns"}  # fields of the syntax tree without effect
 
-_LOCK = threading.Lock()
-"""So that threads that ask for the same wait for one search."""
+_LOCK = threading.Lock()  # makes threads that ask for the same wait for one search
 
 _Import: TypeAlias = ast.Import | ast.ImportFrom
 _Named: TypeAlias = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
@@ -42,25 +40,15 @@ class _Target(NamedTuple):
 
 
 def code_fingerprint(*roots: str, within: tuple[str, ...] = ()) -> str:
-    """SHA-256, in hexadecimal, of the code that some roots can reach.
+    """SHA-256, in hexadecimal, of the code that some roots can reach, the same in every version of
+    Python.
 
-    It is the same in every version of Python. Names are followed within the packages of the roots
-    and those of `within`; of others, what is imported counts by its name.
+    Names are followed within the packages of the roots and those of `within`, imported already;
+    from others, what is imported counts by its name. A root is "package.module:name" for a
+    function, class or constant, or "package.module" for all in it; the packages are imported.
 
-    Parameters
-    ----------
-    roots
-        "package.module:name" of a function, class or constant, or "package.module" of all in it;
-        the packages are imported.
-    within
-        Further packages, imported already, whose code is followed too.
-
-    Raises
-    ------
-    ValueError
-        If there is no source of such a module, or nothing of that name in it.
-    SyntaxError
-        If source is no Python.
+    Raises ValueError if there is no source of such a module, or nothing of that name in it,
+    SyntaxError if source is no Python.
     """
     with _LOCK:
         return _fingerprint(roots, within)
@@ -81,17 +69,15 @@ def _fingerprint(roots: tuple[str, ...], within: tuple[str, ...]) -> str:
 def code_text(path: Path) -> str:
     """What a module does, as text: without comments, docstrings, annotations and layout.
 
-    Raises
-    ------
-    SyntaxError
-        If it is no Python.
+    Raises SyntaxError if it is no Python.
     """
     return _text(ast.parse(path.read_bytes()))
 
 
 def place_of(definition: Any) -> str:
-    """The root of :func:`code_fingerprint` that a function or class is; of one that was made within
-    another, what holds it; of a partly applied one that one; of any other object its class.
+    """The root of :func:`code_fingerprint` that a function or class is; for one that was made
+    within another, the outer one; for a partial function, that function; for any other object, its
+    class.
     """
     while isinstance(definition, partial):
         definition = definition.func
@@ -149,7 +135,7 @@ class _Search:
                 waiting.extend(self._follow(target))
 
     def _follow(self, target: _Target) -> Iterator[_Target]:
-        """Count what has a name, and say what it refers to."""
+        """Count what has a name, and yield what it refers to."""
         origin, name = target
         module = self._module(origin)
         assert module is not None
@@ -163,7 +149,7 @@ class _Search:
             if isinstance(statement, _Import):
                 found = self._imported(origin, statement)[name]
                 self.found.add(f"{origin}:{name} is {found.module}:{found.name}")
-                if found.name is not None:  # of modules, what is taken from them counts
+                if found.name is not None:  # from modules, only what is taken counts
                     yield found
             else:
                 self.found.add(f"{origin}:{name} {_text(statement)}")
@@ -230,7 +216,7 @@ class _Search:
         return _Target(source, name)
 
     def _module(self, name: str) -> _Module | None:
-        """A module of the packages that are followed; None of any other, or without source."""
+        """A module of the packages that are followed; None for any other, or without source."""
         if name.partition(".")[0] not in self._packages:
             return None
         if name not in self._modules:
@@ -276,7 +262,7 @@ def _bound(statement: ast.stmt) -> Iterator[str]:
 
 
 def _dotted(node: ast.expr) -> list[str]:
-    """The names in `a.b.c`; one that is empty first if it does not begin with a name."""
+    """The names in `a.b.c`; an empty one first if it does not begin with a name."""
     parts: list[str] = []
     while isinstance(node, ast.Attribute):
         parts.append(node.attr)
@@ -289,7 +275,6 @@ def _is_for_types(test: ast.expr) -> bool:
 
 
 def _is_text(node: Any) -> bool:
-    """Whether a statement is a text, as docstrings are."""
     value = node.value if isinstance(node, ast.Expr) else None
     return isinstance(value, ast.Constant) and isinstance(value.value, str)
 

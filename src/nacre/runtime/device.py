@@ -12,7 +12,7 @@ from nacre.errors import NacreError, reason, require
 
 
 def open_device(device: str) -> Any:
-    """The PyTorch device of a name: "cpu", "cuda", "cuda:1"; a NacreError where there is none."""
+    """The PyTorch device of a name: "cpu", "cuda", "cuda:1"; a NacreError if there is none."""
     torch = require("torch", "torch")
     try:
         opened = torch.device(device)
@@ -24,7 +24,7 @@ def open_device(device: str) -> Any:
 
 @contextmanager
 def memory_errors(device: str) -> Iterator[None]:
-    """A block in which memory that runs out is an error of one line."""
+    """A block in which running out of memory is an error of one line."""
     torch = require("torch", "torch")
     try:
         yield
@@ -48,7 +48,7 @@ def one_thread() -> Iterator[None]:
 
 
 def cooperative_type(array: Any) -> Any:
-    """What cooperative vectors hold on the backend of a type of Dr.Jit's, as `mi.Float`.
+    """What cooperative vectors hold on the backend of a Dr.Jit type, such as `mi.Float`.
 
     That type itself; on CUDA one of 16 bits, as Dr.Jit arranges no other matrices there.
     """

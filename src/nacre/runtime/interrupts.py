@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM at a time that suits."""
+"""Ctrl-C and SIGTERM at a convenient time."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class Terminated(KeyboardInterrupt):
 
 @contextmanager
 def terminable() -> Iterator[None]:
-    """A block that SIGTERM ends by :class:`Terminated`, so that what was begun is tidied up.
+    """A block that SIGTERM ends by :class:`Terminated`, so that what was begun is cleaned up.
 
-    Nothing changes where the process already treats SIGTERM in a way of its own.
+    Nothing changes where the process already treats SIGTERM in its own way.
     """
     own = threading.current_thread() is threading.main_thread()
     if not own or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
@@ -26,7 +26,7 @@ def terminable() -> Iterator[None]:
         return
 
     def end(_number: int, _frame: object) -> None:
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second one must not stop the tidying up
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second one must not stop the cleaning up
         raise Terminated
 
     signal.signal(signal.SIGTERM, end)
@@ -38,7 +38,7 @@ def terminable() -> Iterator[None]:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """A block that no Ctrl-C or SIGTERM tears: what they do, they do when the block is over."""
+    """A block that Ctrl-C and SIGTERM do not interrupt: they take effect when the block is over."""
     if threading.current_thread() is not threading.main_thread():  # others are never interrupted
         yield
         return

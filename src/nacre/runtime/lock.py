@@ -13,7 +13,7 @@ from filelock import FileLock, Timeout
 def exclusive(path: Path, wait: bool = True) -> Iterator[None]:
     """Wait until no other process is in a block with the same path, which becomes a file.
 
-    The operating system ends the lock of a process that dies. The file goes at the end of the
+    The operating system ends the lock of a process that dies. The file is removed at the end of the
     block. Without `wait`, a BlockingIOError says that another process is in its block; any other
     OSError that the file cannot be created, or its file system has no locks.
     """
@@ -25,6 +25,6 @@ def exclusive(path: Path, wait: bool = True) -> Iterator[None]:
     try:
         yield
     finally:
-        with suppress(OSError):  # while it is held: who waits for it sees that it is gone
+        with suppress(OSError):  # while it is held: whoever waits sees that it is gone
             path.unlink()
         lock.release()

@@ -23,7 +23,7 @@ def core_count() -> int:
 
 
 class _OneBlasThread:
-    """A limit that many blocks share: libraries know one number of threads, not one a block."""
+    """A limit that many blocks share: libraries know one number of threads, not one per block."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -49,7 +49,7 @@ _ONE_BLAS_THREAD = _OneBlasThread()
 def one_blas_thread() -> AbstractContextManager[None]:
     """A block in which matrix products run on one thread each.
 
-    A library's own threads on top of ours would only fight for the cores, and their number would
+    A library's own threads on top of ours would only compete for the cores, and their number would
     decide the last bits of results. Blocks may overlap, in one thread or several: libraries get
     their threads back when the last one ends.
     """
@@ -60,10 +60,10 @@ _worker = threading.local()
 
 
 def thread_slices(function: Callable[[slice], _Out], count: int, size: int) -> list[_Out]:
-    """`function` of slices of `size` out of `count`, with one thread a core, in order.
+    """`function` of slices of `size` out of `count`, with one thread per core, in order.
 
-    For functions without the interpreter lock. In a thread of :func:`thread_map`, of this function,
-    or that called :func:`one_of_many`, that thread does all of them: the others have work.
+    For functions without the interpreter lock. A thread of :func:`thread_map` or of this function,
+    or one that called :func:`one_of_many`, does all of them itself: the others have work.
     """
     slices = [slice(start, start + size) for start in range(0, count, size)]
     cores = 1 if getattr(_worker, "busy", False) else min(core_count(), len(slices))
@@ -74,12 +74,12 @@ def thread_slices(function: Callable[[slice], _Out], count: int, size: int) -> l
 
 
 def one_of_many() -> None:
-    """Say that this thread is one of as many as there are cores: its slices stay with it."""
+    """Say that this thread is one of as many as there are cores: it does its slices itself."""
     _worker.busy = True
 
 
 def thread_map(function: Callable[[_In], _Out], items: Iterable[_In]) -> Iterator[_Out]:
-    """`map(function, items)` with one thread a core, in order; see :func:`one_blas_thread`."""
+    """`map(function, items)` with one thread per core, in order; see :func:`one_blas_thread`."""
     with one_blas_thread():
         pool = ThreadPoolExecutor(core_count(), initializer=one_of_many)
         try:

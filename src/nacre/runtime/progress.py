@@ -1,4 +1,4 @@
-"""How work that takes a while tells how far it is."""
+"""How work that takes a while reports how far it is."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ Progress = Callable[[str, int, int, str], None]
 
 
 def silent(stage: str, done: int, total: int, note: str) -> None:
-    """Says nothing."""
+    """Report nothing."""
 
 
 def named(progress: Progress, name: str) -> Progress:

@@ -1,4 +1,4 @@
-"""States and results of long work in files, from which another process goes on.
+"""States and results of long work in files, from which another process can continue.
 
 A state is a tree of dictionaries, lists, numbers, texts and arrays (of NumPy or PyTorch). It is
 written as safetensors: loading it runs no code.
@@ -30,13 +30,9 @@ _ARRAY, _TUPLE, _ITEMS, _FLOAT = "$array", "$tuple", "$items", "$float"
 class Store:
     """Named states beside a path, all of one piece of work.
 
-    Parameters
-    ----------
-    path
-        What names of files start with: the state without a name is kept there, one of a name in
-        `PATH.NAME.state`. None to keep nothing.
-    fingerprint
-        What must be the same for the work to go on: files of another fingerprint are refused.
+    The state without a name is kept at the path, one with a name in `PATH.NAME.state`; without a
+    path, nothing is kept. Files with another `fingerprint` are refused: it stands for what must be
+    the same for the work to continue.
     """
 
     def __init__(self, path: Path | None, fingerprint: str = "") -> None:
@@ -59,9 +55,9 @@ class Store:
         return [*([self.path] if names == "*" and self.path.exists() else []), *sorted(named)]
 
     def load(self, name: str = "") -> Any | None:
-        """The state of a name; None where there is none.
+        """The state of a name; None if there is none.
 
-        A :class:`NacreError` says what to remove where it is of other work, or damaged.
+        A :class:`NacreError` says what to remove if it belongs to other work, or is damaged.
         """
         if name not in self:
             return None
@@ -69,7 +65,7 @@ class Store:
         with self.readable(name):
             header, tensors = from_file(path, _KEY, _LIMIT, "a state that nacre keeps")
             if header["fingerprint"] != self.fingerprint:
-                raise NacreError(f"{path}: is of another run; remove it to begin anew")
+                raise NacreError(f"{path}: belongs to another run; remove it to start over")
             return _unpacked(header["state"], tensors)
 
     def save(self, state: Any, name: str = "") -> None:
@@ -90,18 +86,11 @@ class Store:
         name: str = "",
         seconds: float = 45.0,
     ) -> Iterator[int]:
-        """Numbers of steps, from the first that has not been taken; Ctrl-C waits for their ends.
+        """Numbers of steps, from the first that has not been taken; Ctrl-C waits for a step to end.
 
-        The state is saved when it is due, after the last step, and when the work is interrupted.
-
-        Parameters
-        ----------
-        count
-            Steps in all.
-        state, restore
-            Gives what the steps change, and brings it to where an earlier process left it.
-        seconds
-            Between times that it is saved.
+        The state is saved every `seconds`, after the last of `count` steps, and when the work is
+        interrupted. `state` returns what the steps change, and `restore` brings it to where an
+        earlier process left it.
         """
         first = 0
         if (kept := self.load(name)) is not None:
@@ -123,16 +112,16 @@ class Store:
 
     @contextmanager
     def readable(self, name: str = "") -> Iterator[None]:
-        """A block that takes up the state of a name, in which damage to it shows in many ways.
+        """A block that restores the state of a name, in which damage to it shows in many ways.
 
-        A :class:`NacreError` names the file, and says that to remove it begins the work anew.
+        A :class:`NacreError` names the file, and says that removing it begins the work anew.
         """
         try:
             yield
-        except Exception as error:  # what takes a state up may be a library
+        except Exception as error:  # a library may be restoring the state
             if isinstance(error, NacreError) and not isinstance(error, FormatError):
                 raise
-            problem = f"cannot be read, remove it to begin anew: {reason(error)}"
+            problem = f"cannot be read, remove it to start over: {reason(error)}"
             raise NacreError(f"{self.file(name)}: {problem}") from error
 
     def due(self, seconds: float) -> bool:
@@ -140,15 +129,14 @@ class Store:
         return time.monotonic() - self._saved > seconds
 
     def remove(self, names: str = "*") -> None:
-        """Remove all states, or those whose names match a pattern."""
         for path in self.files(names):
             remove_file(path)
 
 
 def restore_optimizer(optimizer: Any, saved: Mapping[str, Any]) -> None:
-    """Take up the counts and moments that a PyTorch optimizer had; its settings stay as they are.
+    """Restore the counts and moments of a PyTorch optimizer; its settings stay as they are.
 
-    Raises what PyTorch raises, or ValueError, where they are not of these parameters.
+    Raises what PyTorch raises, or ValueError, if they belong to other parameters.
     """
     groups = optimizer.state_dict()["param_groups"]
     optimizer.load_state_dict({"state": saved["state"], "param_groups": groups})

@@ -26,26 +26,17 @@ _ORDERS = 8, 16, 32  # of its integrals; the first is too coarse for unlike azim
 
 
 def half_vector_rule(theta: Floats, phi: Floats, order: int) -> tuple[Floats, Floats]:
-    """Directions to the light and weights that integrate f_r cos theta_i for each view.
+    """Directions to the light (v, 6 order^2, 3) and weights with the cosine in sr, (v, 6 order^2),
+    that integrate f_r cos theta_i for each view.
 
     Gauss-Legendre points in the logarithm of 1 - cos theta_h and in phi_h, of exactly those half
     vectors h whose light is above the horizon. The logarithm opens up highlights of any width down
-    to half a degree. Of three parts of as many points each, the first is the cone in which all
+    to half a degree. The first of three parts with as many points each is the cone in which all
     azimuths of h count; the other two meet at 45 degrees, where h is if the light is at the normal
     and the view at the horizon.
 
-    Parameters
-    ----------
-    theta, phi
-        Polar angles below pi / 2 and azimuths of the views in radians, shape (v,).
-    order
-        Points along each side of a part.
-
-    Returns
-    -------
-    tuple
-        Unit directions, shape (v, 6 order^2, 3), and weights with the cosine, in sr, shape
-        (v, 6 order^2).
+    `theta` are polar angles below pi / 2 and `phi` azimuths of the views in radians, shape (v,);
+    `order` is the number of points along each side of a part.
     """
     x, w = _legendre(order)
     start = np.log(np.full_like(theta, 0.5 * _FINEST))
@@ -59,7 +50,7 @@ def half_vector_rule(theta: Floats, phi: Floats, order: int) -> tuple[Floats, Fl
     cosine = 1.0 - (np.exp(stretched) - 0.5 * _FINEST)
     sine = np.sqrt(1.0 - cosine * cosine)
     view = np.cos(theta)[:, None], np.maximum(np.sin(theta), 1e-12)[:, None]
-    # Of larger azimuths from the plane of the view, the light is below the horizon.
+    # At larger azimuths from the plane of the view, the light is below the horizon.
     limit = view[0] * (0.5 / cosine - cosine) / (view[1] * sine)
     widest = np.arccos(np.clip(limit, -1.0, 1.0))
     y, v = _legendre(2 * order)
@@ -80,22 +71,12 @@ def half_vector_rule(theta: Floats, phi: Floats, order: int) -> tuple[Floats, Fl
 
 
 def albedos(brdf: Brdf, angles: Floats, order: int) -> Floats:
-    """Directional albedos of a reflectance by :func:`half_vector_rule`.
+    """Directional albedos of a reflectance by :func:`half_vector_rule`: linear RGB, no unit, (v,
+    3).
 
-    Parameters
-    ----------
-    brdf
-        Any reflectance; where f_r is not known it counts as what `eval` says.
-    angles
-        Polar angles and azimuths of the views in radians, shape (2, v).
-    order
-        See :func:`half_vector_rule`. Of order 16, errors are up to 0.002 at grazing views and
-        0.0003 elsewhere.
-
-    Returns
-    -------
-    array of shape (v, 3)
-        Linear RGB, without a unit.
+    Where f_r is not known it counts as what `eval` says. `angles` are polar angles and azimuths of
+    the views in radians, shape (2, v). With order 16, errors are up to 0.002 at grazing views and
+    0.0003 elsewhere.
     """
     step = max(1, _POINTS // (6 * order * order))
 
@@ -111,26 +92,19 @@ def albedos(brdf: Brdf, angles: Floats, order: int) -> Floats:
 
 @dataclass(frozen=True)
 class Certificate:
-    """How much light a reflectance gives back at most.
+    """How much light a reflectance gives back at most."""
 
-    Parameters
-    ----------
-    largest
-        The largest albedo of a channel at :data:`VIEWS` views.
-    bound
-        What no view exceeds: the largest sum of the albedo at one of the views, its differences
-        to neighboring views, and twice the error of the integral as one of twice the order near it
-        shows it.
-    """
-
-    largest: float
+    largest: float  # the largest albedo of a channel at the views that are looked at
     bound: float
+    """What no view exceeds: the largest sum of the albedo at one of the views, its differences to
+    neighboring views, and twice the error of the integral, taken from one of twice the order near
+    it."""
 
 
 def certify(brdf: Brdf) -> Certificate:
     """The largest albedo of any view and channel of a reflectance known at all directions.
 
-    Views are :data:`VIEWS` polar angles of an isotropic material; of others 64 with 64 azimuths
+    Views are :data:`VIEWS` polar angles for an isotropic material, for others 64 with 64 azimuths
     each. Between them, albedo is taken to change by no more than from one view to the next. Where
     the bound comes out above 1, integrals of higher orders make a closer one.
     """
@@ -157,7 +131,7 @@ def certify(brdf: Brdf) -> Certificate:
 
 
 def _change(grid: Floats) -> Floats:
-    """Largest differences to neighbors in polar angle, plus those in azimuth, of a grid of each."""
+    """Largest differences to neighbors in polar angle, plus those in azimuth, on a grid of each."""
     step = np.abs(np.diff(grid, axis=0, prepend=grid[:1], append=grid[-1:]))
     around = np.abs(grid - np.roll(grid, 1, axis=1))
     change: Floats = np.maximum(step[1:], step[:-1])

@@ -26,34 +26,22 @@ _FRACTIONS = np.linspace(0.0, 0.98, 50)
 
 
 class LobeSampledBrdf(Brdf):
-    """A reflectance that samples itself by lobes fitted to it when they are first asked for."""
+    """A reflectance that samples itself by lobes fitted to it on first use."""
 
     @cached_property
     def sampler(self) -> Sampler:  # type: ignore[override]  # found once
-        """The fitted lobes."""
         return fit_lobes(self)
 
 
 def fit_lobes(brdf: Brdf, seed: int = 0) -> Sampler:
-    """Lobes that sample a reflectance with the least variance.
+    """Lobes that sample a reflectance with the least variance: a :class:`GgxMixture` with four
+    digits of each parameter, or the cosine lobe for what is black or diffuse.
 
-    For a set of views, directions drawn from a broad proposal estimate the second moment of
-    f cos(theta_i) / p under the density p of a mixture (see :mod:`nacre.sampling.moment`). Newton
-    steps lower it: from several roughnesses for a mixture of one lobe of GGX normals, then from
-    that lobe in two parts. Lobes of an anisotropic material may stay with its axes.
-
-    Parameters
-    ----------
-    brdf
-        Any reflectance.
-    seed
-        Of the proposal's directions.
-
-    Returns
-    -------
-    Sampler
-        A :class:`GgxMixture` with four digits of each parameter; the cosine lobe of what is black
-        or diffuse.
+    For a set of views, directions drawn from a broad proposal, which the seed chooses, estimate the
+    second moment of f cos(theta_i) / p under the density p of a mixture (see
+    :mod:`nacre.sampling.moment`). Newton steps lower it: from several roughnesses for a mixture
+    with one lobe of GGX normals, then from that lobe in two parts. Lobes of an anisotropic material
+    may stay with its axes.
     """
     moment = second_moment(brdf, seed)
     if not moment.weights.any():
@@ -66,19 +54,13 @@ def fit_lobes(brdf: Brdf, seed: int = 0) -> Sampler:
     return mixture if value < (1.0 - _WORTH) * cosine else CosineSampler()
 
 
-def fit_blinn_phong(brdf: Brdf, seed: int = 0) -> BlinnPhongMixture:
+def fit_blinn_phong(brdf: Brdf) -> BlinnPhongMixture:
     """The lobes of the NBRDF paper's section 3.3 that sample a reflectance with the least variance.
 
-    The fraction and the exponent with the smallest second moment of all that a grid holds.
-
-    Parameters
-    ----------
-    brdf
-        Any reflectance; what is not reflected is not sampled, so black gets the cosine lobe.
-    seed
-        Of the directions that estimate the variance.
+    The fraction and the exponent on a grid with the smallest second moment. Black gets the cosine
+    lobe.
     """
-    moment = second_moment(brdf, seed)
+    moment = second_moment(brdf)
     if not moment.weights.any():
         return BlinnPhongMixture(0.0, 1.0)
     wi, wo = split(moment.wi), split(moment.wo)

@@ -1,4 +1,4 @@
-"""Whether a reflectance is isotropic as it says."""
+"""Whether a reflectance is isotropic if it says so."""
 
 from __future__ import annotations
 
@@ -13,21 +13,18 @@ from nacre.geometry import join, rotate, split, uniform_rusinkiewicz
 _PAIRS = 512
 _TOLERANCE = 0.02
 """Difference that counts as none, relative to f_r or to 1 % of its mean: float32 leaves less even
-of sharp highlights."""
-_FRACTION = 0.01  # of the pairs of directions that may differ by more: tables jump between nodes
+for sharp highlights."""
+_FRACTION = 0.01  # fraction of the pairs that may differ by more: tables jump between nodes
 
 
 def check_isotropic(brdf: Brdf) -> None:
     """Refuse a reflectance that says it is isotropic and is not.
 
     f_r is compared at 512 pairs of directions, the same for all materials, and at these rotated
-    about the normal, each by an angle of its own. Classes whose isotropy is known
+    about the normal, each by its own angle. Classes whose isotropy is known
     (:attr:`nacre.Brdf.isotropy_known`) and scattered samples are taken at their word.
 
-    Raises
-    ------
-    NacreError
-        If more than 1 % of the pairs differ by more than 2 %.
+    Raises NacreError if more than 1 % of the pairs differ by more than 2 %.
     """
     if not brdf.isotropic or brdf.isotropy_known or brdf.scattered() is not None:
         return

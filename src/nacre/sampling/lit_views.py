@@ -7,16 +7,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from nacre.array import Weights
+from nacre.array import Floats, Weights
 from nacre.geometry import join, rotate, split, to_spherical, uniform_hemisphere
 from nacre.sampling.moment import propose_lights
 
 SHARPNESS, LAMPS = (1.0, 2000.0), 12
-"""Lamps that fits to pictures mix to a light: from half of the sky to a small bulb, and how many.
+"""Range of sharpness, from half of the sky to a small bulb, and number of the lamps that fits to
+pictures mix to a light.
 
-With none that are small, a lobe may become a mirror unpunished."""
+Without small ones, a lobe may become a mirror unpunished."""
 
 _SPREAD = 0.4  # of the lamps about the mirror direction
 
@@ -25,16 +25,16 @@ _SPREAD = 0.4  # of the lamps about the mirror direction
 class LitViews:
     """Views, each under some lights, and directions for the integrals over these.
 
-    Directions to the light and to the viewer are of shape (v, n, 3), `wo` the same along n but for
+    Directions to the light and to the viewer are of shape (v, n, 3), `wo` the same along n up to
     its azimuth; weights of f_r, shape (v, lights, n), are radiance times cos(theta_i) over the
     density of the directions.
     """
 
-    wi: npt.NDArray[np.float32]
-    wo: npt.NDArray[np.float32]
-    weights: npt.NDArray[np.float32]
+    wi: Weights
+    wo: Weights
+    weights: Weights
 
-    def radiance(self, f_r: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
+    def radiance(self, f_r: Floats) -> Floats:
         """What the views see, shape (..., v, lights, 3), for f_r of shape (..., v, n, 3)."""
         return np.asarray(self.weights @ f_r)
 
@@ -50,24 +50,13 @@ def lit_views(
 ) -> LitViews:
     """Views as a picture of a sphere shows them, under an even sky and under lamps of many sizes.
 
-    The sky has radiance 1, so that the albedo is seen. Lamps are von Mises-Fisher lobes of the
-    irradiance that it has; the lamps of every other light are near the mirror direction. The same
-    seed gives the same ones.
-
-    Parameters
-    ----------
-    seed
-        Of directions and lamps.
-    views
-        How many, evenly over the picture of a sphere; or the squared sines of their polar angles.
-    directions, lights
-        How many directions of a view, and lights of it with the sky.
-    sharpness
-        Of the lamps, from that and to that: 3 is a third of the sky, 60 a bulb near by.
-    lamps
-        Of a light; where it has several they are mixed, and with the sky, at random.
-    isotropic
-        Whether views may all have azimuth 0; else they have one for all of their directions.
+    `views` are how many, evenly over the picture of a sphere, or the squared sines of their polar
+    angles; they may all have azimuth 0 if `isotropic`, else each has one for all of its directions.
+    Each has so many directions and lights, of which the first is the sky, with radiance 1, so that
+    the albedo is seen. Lamps are von Mises-Fisher lobes with the sky's irradiance, from one
+    `sharpness` to the other (3 is a third of the sky, 60 a bulb near by); those of every other
+    light are near the mirror direction. Several `lamps` per light are mixed with each other and the
+    sky at random. The same seed gives the same ones.
     """
     if isinstance(views, int):  # a sphere shows all of them alike
         views = ((np.arange(views) + 0.5) / views).tolist()
@@ -100,23 +89,13 @@ def lit_views(
 def lit_spheres(
     angles: Sequence[float], size: int, isotropic: bool = True
 ) -> tuple[Weights, Weights]:
-    """Pairs of directions of pictures of a sphere, each under one directional light.
+    """Pairs of directions (wi, wo), shapes (n, 3), in pictures of a sphere, each under one
+    directional light, where that reaches the sphere, in the frames of
+    :func:`nacre.render.sphere.frames`.
 
-    Parameters
-    ----------
-    angles
-        Between light and view, a picture each; degrees.
-    size
-        Pixels along an edge of a picture; where the material is isotropic, only the half above the
-        plane of light and view is taken.
-    isotropic
-        Whether the material is; else lights come from as many azimuths.
-
-    Returns
-    -------
-    wi, wo
-        Where the light reaches the sphere, shape (n, 3), in the frames of
-        :func:`nacre.render.sphere.frames`.
+    `angles` are those between light and view in degrees, one per picture, and `size` the pixels
+    along its edge. For an isotropic material, only the half above the plane of light and view is
+    taken; for others, lights come from as many azimuths.
     """
     nodes = (np.arange(size) + 0.5) * 2.0 / size - 1.0
     x, y = (grid.reshape(-1) for grid in np.meshgrid(nodes, nodes))

@@ -17,7 +17,7 @@ _SMALL = 0.03  # below it a series replaces the difference of two numbers near 1
 
 
 class UniformSampler(Sampler):
-    """Density 1 / (2 pi) over the hemisphere, whatever the view: what others are compared with."""
+    """Density 1 / (2 pi) over the hemisphere, whatever the view, for comparison."""
 
     kind = "uniform"
     adapted = False
@@ -35,28 +35,17 @@ class UniformSampler(Sampler):
 
 @dataclass(frozen=True)
 class BlinnPhongMixture(Sampler):
-    """A cosine lobe and a Blinn-Phong lobe of half vectors.
+    """A cosine lobe and a Blinn-Phong lobe of half vectors (NBRDF paper, section 3.3; Blinn 1977).
 
     The half vector h has density (n + 1) / (2 pi) cos(theta_h)^n over solid angle and `wi` is `wo`
     mirrored about it, so that p(wi) = p(h) / (4 wo.h). What falls below the horizon has density 0:
     the density integrates to less than one at grazing views.
-
-    Parameters
-    ----------
-    specular
-        Probability of the Blinn-Phong lobe, in [0, 1].
-    exponent
-        n, in [0, :data:`MAX_EXPONENT`].
-
-    References
-    ----------
-    NBRDF paper, section 3.3; Blinn 1977.
     """
 
     kind = "cosine + Blinn-Phong"
 
-    specular: float
-    exponent: float
+    specular: float  # probability of the Blinn-Phong lobe, in [0, 1]
+    exponent: float  # n, in [0, MAX_EXPONENT]
 
     def __str__(self) -> str:
         return f"{self.specular:.0%} Blinn-Phong of exponent {self.exponent:.4g}, else cosine"
@@ -66,12 +55,6 @@ class BlinnPhongMixture(Sampler):
             raise ValueError(f"specular must lie in [0, 1], got {self.specular}")
         if not 0.0 <= self.exponent <= MAX_EXPONENT:
             raise ValueError(f"exponent must lie in [0, {MAX_EXPONENT:g}], got {self.exponent}")
-
-    @classmethod
-    def parametrizations(cls) -> Mapping[str, Any]:
-        from nacre.sampling.parametrizations import BlinnPhongParametrization
-
-        return {"blinn-phong": BlinnPhongParametrization()}
 
     @classmethod
     def from_description(cls, description: Mapping[str, Any]) -> BlinnPhongMixture:
@@ -99,7 +82,7 @@ class BlinnPhongMixture(Sampler):
 
 
 def blinn_phong_density(h: Components, wo: Components, exponent: Array) -> Array:
-    """Density in 1/sr of `wo` mirrored about half vectors h of a Blinn-Phong lobe."""
+    """Density in 1/sr of `wo` mirrored about half vectors h from a Blinn-Phong lobe."""
     xp = namespace(*h)
     cos_theta = xp.maximum(h[2], 1e-12)
     tan2 = (h[0] * h[0] + h[1] * h[1]) / (cos_theta * cos_theta)

@@ -1,4 +1,4 @@
-"""Microfacets of any reflectance: which normals it has, and what of them a direction sees.
+"""Microfacets of any reflectance: which normals it has, and which of them a direction sees.
 
 Light sent straight back tells the density of microfacet normals D: with G the fraction that a
 direction sees, f_r(o, o) cos(o) = F D(o) / (4 sigma(o)), where sigma(o), the projected area of all
@@ -12,9 +12,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
-from nacre.array import Floats
+from nacre.array import Floats, Mask
 from nacre.brdf import Brdf
 from nacre.geometry import from_half_difference, from_spherical, join, split
 
@@ -27,12 +26,11 @@ _TINY_DENSITY = 1e-30
 
 
 def polar_nodes(count: int) -> Floats:
-    """Polar angles of `count` nodes that stand evenly in sqrt(2 theta / pi), shape (count,)."""
+    """Polar angles of `count` nodes that are even in sqrt(2 theta / pi), shape (count,)."""
     return np.linspace(0.0, 1.0, count) ** 2 * (0.5 * math.pi)
 
 
 def azimuth_nodes(count: int) -> Floats:
-    """Azimuths of `count` even nodes from -pi to pi, shape (count,)."""
     return np.linspace(-math.pi, math.pi, count)
 
 
@@ -41,6 +39,7 @@ class NormalGrid:
 
     Values have the shape (azimuths, polars); nodes, two or more each way, are those of
     :func:`azimuth_nodes` and :func:`polar_nodes`. Isotropic functions do not depend on the azimuth.
+    Densities D are in 1/sr.
     """
 
     def __init__(self, azimuths: int, polars: int, isotropic: bool) -> None:
@@ -59,16 +58,12 @@ class NormalGrid:
         self._facing = np.maximum(facing, 0.0).astype(np.float32)
 
     def projected_area(self, density: Floats) -> Floats:
-        """sigma: the integral of D(m) max(m . o, 0) over normals, for directions o at the nodes; D
-        in 1/sr.
-        """
+        """sigma: the integral of D(m) max(m . o, 0) over normals, for directions o at the nodes."""
         area = self._facing @ (self._weights * density).ravel()
         return np.broadcast_to(area.reshape(self._views.shape[:2]), self.shape)
 
     def visible(self, density: Floats, theta: float, phi: float) -> Floats:
-        """What the direction of these angles, in radians, sees of normals of density D in 1/sr at
-        the nodes, per area of the square, not scaled.
-        """
+        """What a direction (radians) sees of normals of density D, per area of the square."""
         view = np.stack(from_spherical(theta, phi))
         return np.asarray(density * self.jacobian * np.maximum(self.normals @ view, 0.0))
 
@@ -80,12 +75,12 @@ class NormalGrid:
         return density / total
 
     def density(self, brdf: Brdf, correlated: bool = False) -> Floats:
-        """Density of microfacet normals D of a reflectance, in 1/sr, normalized.
+        """Density of microfacet normals D of a reflectance, normalized.
 
         The eigenvector of f_r(o, o) cos(o) sigma(o) for the largest eigenvalue. Where f_r is not
         known it is interpolated along the polar angle. If `correlated`, light sent straight back is
-        shadowed as models have it that correlate heights and not directions (Heitz 2014, equation
-        99), 2 sigma(o) - cos(o) standing for sigma(o); else what the viewer sees is lit.
+        shadowed as in models that correlate heights and not directions (Heitz 2014, equation 99), 2
+        sigma(o) - cos(o) standing for sigma(o); else what the viewer sees is lit.
         """
         back = _mended(*_known(brdf, self._views, self._views)) * self._views[..., 2]
         shadowed = self._views[..., 2] if correlated else 0.0
@@ -99,7 +94,7 @@ class NormalGrid:
         return density
 
     def ggx_roughness(self, density: Floats) -> float:
-        """Alpha of the isotropic GGX distribution with the mean slope of a normalized D in 1/sr.
+        """Alpha of the isotropic GGX distribution with the mean slope of a normalized D.
 
         Dupuy et al. 2015: the mean of |tan theta| over slopes is pi alpha / 2.
         """
@@ -118,8 +113,8 @@ class NormalGrid:
         return math.sqrt(float(np.sum(self._weights * density * square)))
 
     def highlight(self, brdf: Brdf, theta_d: float) -> Floats:
-        """Mean of f_r over pairs of directions at an angle (radians) from their half vector,
-        normalized.
+        """Mean of f_r, normalized, over pairs of directions at an angle (radians) from their half
+        vector.
 
         At grazing angles it shows the normals of a coat that sends hardly anything straight back.
         """
@@ -132,15 +127,15 @@ class NormalGrid:
         return self.normalized(np.broadcast_to(_mended(mean, counts > 0), self.shape))
 
 
-def _known(brdf: Brdf, wi: Floats, wo: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:
+def _known(brdf: Brdf, wi: Floats, wo: Floats) -> tuple[Floats, Mask]:
     """Mean of the channels of f_r, 0 where it is not known, and where it is known."""
     value = brdf.eval(wi, wo).astype(np.float64).mean(axis=-1)
     known = brdf.valid(wi, wo) & np.isfinite(value)
     return np.where(known, value, 0.0), known
 
 
-def _mended(values: Floats, known: npt.NDArray[np.bool_]) -> Floats:
-    """Values with what is not known interpolated along rows, at most 1; shape (rows, nodes)."""
+def _mended(values: Floats, known: Mask) -> Floats:
+    """Values (rows, nodes) with what is not known interpolated along rows, at most 1."""
     nodes = np.arange(values.shape[1])
     mended = [
         np.interp(nodes, nodes[mask], row[mask]) if mask.any() else row
@@ -150,7 +145,6 @@ def _mended(values: Floats, known: npt.NDArray[np.bool_]) -> Floats:
 
 
 def _trapezoid(count: int) -> Floats:
-    """Weights of an integral over [0, 1] from evenly spaced nodes."""
     weights = np.full(count, 1.0 / (count - 1))
     weights[[0, -1]] *= 0.5
     return weights

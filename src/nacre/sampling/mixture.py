@@ -16,33 +16,21 @@ from nacre.sampling.visible_normals import MIN_ROUGHNESS, sample_visible, visibl
 Values: TypeAlias = tuple[float, ...]
 """A value for each of the cosines of a mixture; linear between them, constant beyond."""
 
-MAX_LOBES, MAX_COSINES = 8, 16  # sizes that the code of a renderer grows with
+MAX_LOBES, MAX_COSINES = 8, 16  # the code of a renderer grows with these
 MAX_ROUGHNESS, MAX_SHIFT = 4.0, 2.0
 _IN_FILES = "share", "roughness", "across", "shift"  # the fields of a lobe
-_ROUNDING = 1e-6  # by which fractions may add up to more than 1
+_ROUNDING = 1e-6  # how far fractions may add up to more than 1
 _TINY = 1e-30
 
 
 @dataclass(frozen=True)
 class GgxLobe:
-    """Mirror directions of visible GGX normals; see :mod:`nacre.sampling.visible_normals`.
+    """Mirror directions of visible GGX normals; see :mod:`nacre.sampling.visible_normals`."""
 
-    Parameters
-    ----------
-    fraction
-        Of the samples: the probability of the lobe, in [0, 1].
-    roughness
-        Alpha along the x axis of the lobe, in [:data:`MIN_ROUGHNESS`, :data:`MAX_ROUGHNESS`].
-    across
-        Alpha across it, as `roughness`.
-    shift
-        Mean slope of the normals along x, in roughnesses, up to :data:`MAX_SHIFT` either way.
-    """
-
-    fraction: Values
-    roughness: Values
-    across: Values
-    shift: Values
+    fraction: Values  # probability of the lobe, in [0, 1]
+    roughness: Values  # alpha along the x axis of the lobe, in [MIN_ROUGHNESS, MAX_ROUGHNESS]
+    across: Values  # alpha across it, likewise
+    shift: Values  # mean slope of the normals along x, in roughnesses, within MAX_SHIFT
 
 
 @dataclass(frozen=True)
@@ -52,35 +40,22 @@ class GgxMixture(Sampler):
     The axes of the lobes turn with the view: x points to where it comes from. So they follow what
     isotropic materials do at grazing angles, where highlights grow narrow across the plane of
     incidence and leave the mirror direction. The diffuse lobe is a polynomial in cos(theta_i) of
-    degree 2. What falls below the horizon has density 0: the density integrates to less than one
-    at grazing views.
+    degree 2: a mixture of the densities 1 / (2 pi) (`uniform`), 3 cos(theta_i)^2 / (2 pi)
+    (`squared`), and for the rest cos(theta_i) / pi. What falls below the horizon has density 0: the
+    density integrates to less than one at grazing views.
 
-    Parameters
-    ----------
-    lobes
-        Of normals.
-    uniform, squared
-        Probabilities of the densities 1 / (2 pi) and 3 cos(theta_i)^2 / (2 pi); what is left by
-        them and the lobes is that of cos(theta_i) / pi.
-    cosines
-        Of the views at which all these are given, increasing, in [0, 1].
-    angle
-        Of the lobes' x axis from the frame's in radians, where it does not turn with the view: for
-        anisotropic materials.
-
-    Raises
-    ------
-    ValueError
-        If a parameter is out of bounds or has not one value for each cosine.
+    Raises ValueError if a parameter is out of bounds or does not have one value for each cosine.
     """
 
     kind = "diffuse + GGX"
 
     lobes: tuple[GgxLobe, ...]
-    uniform: Values = (0.0,)
-    squared: Values = (0.0,)
-    cosines: Values = (1.0,)
+    uniform: Values = (0.0,)  # probability
+    squared: Values = (0.0,)  # probability
+    cosines: Values = (1.0,)  # of the views at which all these are given, increasing, in [0, 1]
     angle: float | None = None
+    """Azimuth of the lobes' x axis in radians, where it does not turn with the view: for
+    anisotropic materials."""
 
     def __post_init__(self) -> None:
         if not 1 <= len(self.lobes) <= MAX_LOBES or not 1 <= len(self.cosines) <= MAX_COSINES:
@@ -109,15 +84,6 @@ class GgxMixture(Sampler):
     def describe(self) -> dict[str, Any]:
         lobes = [dict(zip(_IN_FILES, astuple(lobe), strict=True)) for lobe in self.lobes]
         return {**super().describe(), "lobes": lobes}
-
-    @classmethod
-    def parametrizations(cls) -> Mapping[str, Any]:
-        from nacre.sampling.parametrizations import (
-            MixtureParametrization,
-            SingleLobeParametrization,
-        )
-
-        return {"ggx": SingleLobeParametrization(), "mixture": MixtureParametrization()}
 
     @classmethod
     def from_description(cls, description: Mapping[str, Any]) -> GgxMixture:
@@ -189,7 +155,7 @@ class GgxMixture(Sampler):
         return xp.where(visible, density, 0.0 * density)
 
     def _interpolation(self, wo: Components) -> Callable[[Values], Array]:
-        """What makes of a parameter its value for a view."""
+        """A function from a parameter to its value for a view."""
         xp = namespace(*wo)
         steps = [
             xp.minimum(xp.maximum((wo[2] - low) * (1.0 / (high - low)), 0.0), 1.0)
@@ -221,5 +187,5 @@ def lobe_frame(wo: Components, angle: float | None) -> tuple[tuple[Array, Array]
 
 
 def in_frame(w: Components, cos: Array, sin: Array) -> Components:
-    """`w` in a frame that is rotated about z by an angle of this cosine and sine."""
+    """`w` in a frame that is rotated about z by an angle with this cosine and sine."""
     return cos * w[0] + sin * w[1], cos * w[1] - sin * w[0], w[2]

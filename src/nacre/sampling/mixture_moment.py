@@ -26,10 +26,10 @@ _SMALL = -2.0  # logarithm of a fraction that starts small, relative to that of 
 
 
 class MixtureMoment:
-    """The second moment as a function of parameters that may have any value.
+    """The second moment of a mixture, as a function of parameters that may have any value.
 
-    :mod:`nacre.sampling.mixture_parameters` says what they are: a row for each of `cosines`, of so
-    many GGX lobes. For cosines and angle see :class:`GgxMixture`.
+    They are a row for each of `cosines` (see :mod:`nacre.sampling.mixture_parameters`), for so many
+    GGX lobes. For cosines and angle see :class:`GgxMixture`.
     """
 
     def __init__(self, moment: Moment, cosines: Values, lobes: int, angle: float | None) -> None:
@@ -79,12 +79,12 @@ class MixtureMoment:
         )
 
     def mixture(self, free: Floats) -> GgxMixture:
-        """The sampler of parameters, with four digits of each."""
+        """The sampler for parameters, with four digits of each."""
         rows = free.reshape(len(self.cosines), -1)
         return rounded_mixture(rows, self.cosines, self.lobes, self.angle)
 
     def _density(self, values: Floats) -> tuple[Floats, Floats]:
-        """The density (v, n) of parameters (v, c) of the views, and its derivatives (v, c, n)."""
+        """The density (v, n) for parameters (v, c) of the views, and its derivatives (v, c, n)."""
         count = self.lobes
         slopes = np.empty((*values.shape, self._z.shape[1]))
         cosine = self._z / math.pi
@@ -106,7 +106,7 @@ class MixtureMoment:
         return np.asarray(visible_density(self._half, self._view, (along, across), shift))
 
     def _bounded(self, rows: Floats) -> tuple[Floats, Floats]:
-        """Values (m, c) of free parameters (m, c), and their derivatives (m, c, c)."""
+        """Values (m, c) for free parameters (m, c), and their derivatives (m, c, c)."""
         fractions, roughnesses, shifts = bounded(rows, self.lobes)
         chain = np.zeros((*rows.shape, rows.shape[1]))
         part = fractions / (1.0 - MIN_COSINE)

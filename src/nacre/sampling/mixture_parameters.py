@@ -22,16 +22,12 @@ _FARTHEST = 30.0  # free parameters beyond this, either way, mean the same: expo
 
 
 def columns(lobes: int) -> tuple[slice, slice, slice]:
-    """Where the fractions, roughnesses and shifts stand in a row."""
     fractions, roughnesses = 2 + lobes, 2 + 3 * lobes
     return slice(0, fractions), slice(fractions, roughnesses), slice(roughnesses, 2 + 4 * lobes)
 
 
 def bounded(rows: Array, lobes: int) -> tuple[Array, Array, Array]:
-    """Shares, roughnesses and shifts of rows of free parameters, shape (..., 2 + 4 lobes).
-
-    NumPy arrays or PyTorch tensors.
-    """
+    """Fractions, roughnesses and shifts from rows of free parameters, shape (..., 2 + 4 lobes)."""
     fractions, roughnesses, shifts = (rows[..., part] for part in columns(lobes))
     powers = namespace(rows).exp(_clipped(fractions))
     return (
@@ -42,7 +38,6 @@ def bounded(rows: Array, lobes: int) -> tuple[Array, Array, Array]:
 
 
 def bounded_roughness(free: Array) -> Array:
-    """Roughnesses in :data:`ROUGHNESSES` of free parameters."""
     return namespace(free).exp(_LOW + (_HIGH - _LOW) * logistic(free))
 
 
@@ -60,7 +55,7 @@ def logistic(free: Array) -> Array:
 def rounded_mixture(
     rows: Floats, cosines: Values, lobes: int, angle: float | None = None
 ) -> GgxMixture:
-    """The sampler of free parameters (m, 2 + 4 lobes), with four digits of each."""
+    """The sampler for free parameters (m, 2 + 4 lobes), with four digits of each."""
     fractions, roughnesses, shifts = bounded(rows, lobes)
     values = np.concatenate([fractions.round(4), roughnesses, shifts], axis=1)
     uniform, squared, *rest = (tuple(float(f"{x:.4g}") for x in row) for row in values.T)

@@ -23,7 +23,7 @@ _DARK = 0.1  # albedo of a channel, relative to the brightest, below which its n
 
 @dataclass(frozen=True)
 class Moment:
-    """Directions that estimate the second moment of f cos(theta_i) / p of any density p.
+    """Directions that estimate the second moment of f cos(theta_i) / p for any density p.
 
     Views `wo`, at all azimuths, and lights `wi` have shape (v, n, 3), float64; the cosine of the
     view is the same along n. The sum of the weights (v, n), each divided by the density p of its
@@ -39,11 +39,11 @@ class Moment:
 
 @dataclass(frozen=True)
 class Proposal:
-    """Directions that no material decides: the same for all that are compared.
+    """Directions that do not depend on a material: the same for all that are compared.
 
     Views and lights are as in :class:`Moment`, the normal where a light was drawn below the
     horizon. The density with which lights were drawn is in 1/sr, shape (v, n), infinite below the
-    horizon; fractions (v,) are those of the views in the mean.
+    horizon; `fractions` (v,) weigh the views in the mean.
     """
 
     wo: Floats
@@ -57,8 +57,8 @@ class Proposal:
         return Proposal(*(array.astype(np.float32) for array in arrays))
 
     def weights(self, f_r: Floats) -> Floats:
-        """Those of :class:`Moment`, shape (..., v, n), of f_r in 1/sr, shape (..., v, n, 3)."""
-        with np.errstate(all="ignore"):  # of a wild reflectance
+        """The weights of :class:`Moment`, (..., v, n), for f_r in 1/sr, shape (..., v, n, 3)."""
+        with np.errstate(all="ignore"):  # a wild reflectance may overflow
             value = f_r * self.wi[..., 2:]
             value = np.where(np.isfinite(value), value, 0.0)
             albedo = (value / self.density[..., None]).mean(axis=-2, keepdims=True)
@@ -71,8 +71,7 @@ class Proposal:
 class Pairs(NamedTuple):
     """Directions of v views and n lights each, as densities of lobes need them; shapes (v, n)."""
 
-    half: Components
-    """Half vectors, in the frame of the lobes; see :func:`nacre.sampling.mixture.lobe_frame`."""
+    half: Components  # half vectors, in the frame of the lobes; see lobe_frame
     view: Components  # views, likewise
     cosine: Array  # cos(theta_i)
 
@@ -87,13 +86,13 @@ def view_pairs(wo: Floats, wi: Floats, angle: float | None = None) -> Pairs:
 def second_moment(brdf: Brdf, seed: int = 0) -> Moment:
     """Evaluate a reflectance where samplers are compared; values that are not finite count as 0."""
     proposal = propose(seed)
-    with np.errstate(all="ignore"):  # of a wild reflectance
+    with np.errstate(all="ignore"):  # a wild reflectance may overflow
         f_r = brdf.eval(proposal.wi, proposal.wo)
     return Moment(proposal.wo, proposal.wi, proposal.weights(f_r))
 
 
 def propose(seed: int = 0, per_view: int = _PER_VIEW) -> Proposal:
-    """Views, and lights from a broad mixture of lobes, `per_view` for each."""
+    """Views, and `per_view` lights for each from a broad mixture of lobes."""
     # Every view of a sphere counts alike: squared sines are uniform.
     nodes, view_weights = np.polynomial.legendre.leggauss(_VIEWS)
     wo, wi, density = propose_lights(0.5 * (1.0 + nodes), per_view, seed)
@@ -103,8 +102,8 @@ def propose(seed: int = 0, per_view: int = _PER_VIEW) -> Proposal:
 def propose_lights(squared_sines: Floats, count: int, seed: int) -> tuple[Floats, Floats, Floats]:
     """Lights for views: diffuse and about the mirror directions of normals of all roughnesses.
 
-    Views have polar angles of these squared sines (v,), and `count` lights each; the seed is of the
-    lights' directions and of the views' azimuths, which differ from light to light. Given are views
+    Views have polar angles of these squared sines (v,), and `count` lights each; the seed chooses
+    the lights' directions and the views' azimuths, which differ from light to light. Returns views
     and lights (v, count, 3), float64, and the density of the lights in 1/sr, (v, count): infinite
     where one fell below the horizon, which the normal stands in for.
     """

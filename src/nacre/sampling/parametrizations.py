@@ -29,34 +29,27 @@ from nacre.sampling.visible_normals import visible_density
 class Parametrization(abc.ABC):
     """Samplers of one kind, each a point of a space without bounds.
 
-    A kind of sampler names its own in :meth:`nacre.brdf.Sampler.parametrizations`.
+    Other packages' kinds name theirs in :meth:`nacre.brdf.Sampler.parametrizations`. Arrays are
+    NumPy's or PyTorch's.
     """
 
-    size: int
-    """Number of free parameters."""
+    size: int  # number of free parameters
 
     @abc.abstractmethod
     def density(self, free: Array, pairs: Pairs) -> Array:
-        """Densities in 1/sr, shape (..., v, n), of parameters (..., size).
-
-        NumPy arrays or PyTorch tensors.
-        """
+        """Densities in 1/sr, shape (..., v, n), for parameters (..., size)."""
 
     @abc.abstractmethod
     def sampler(self, free: Floats) -> Sampler:
-        """The sampler of parameters (size,), whatever they are, with four digits of each."""
+        """The sampler for parameters (size,), whatever they are, with four digits of each."""
 
     def places(self, sampler: Sampler) -> Floats:
         """Where a sampler's parameters lie between their bounds, shape (size,), in [0, 1].
 
         The logistic function of free parameters gives the same; so a network learns from lobes.
-
-        Raises
-        ------
-        ValueError
-            If the sampler is of another kind.
+        Raises ValueError if the sampler is of another kind.
         """
-        raise ValueError(f"lobes of {type(sampler).__name__} are no labels here")
+        raise ValueError(f"lobes of type {type(sampler).__name__} cannot be labels here")
 
 
 class BlinnPhongParametrization(Parametrization):
@@ -88,7 +81,7 @@ class BlinnPhongParametrization(Parametrization):
 
 
 class SingleLobeParametrization(Parametrization):
-    """:class:`GgxMixture` of one isotropic lobe beside the cosine, the same for all views: the
+    """:class:`GgxMixture` with one isotropic lobe beside the cosine, the same for all views: the
     log-odds of its fraction and a free roughness.
     """
 
@@ -150,7 +143,7 @@ class MixtureParametrization(Parametrization):
         return rounded_mixture(rows, self.cosines, self.lobes)
 
     def _of_views(self, rows: Array, mu: Array) -> Array:
-        """Parameters (..., v, c) at cosines of the view (v, 1), of rows (..., m, c)."""
+        """Parameters (..., v, c) at cosines of the view (v, 1), from rows (..., m, c)."""
         xp = namespace(rows)
         values = rows[..., 0, None, :]
         for k, (low, high) in enumerate(itertools.pairwise(self.cosines)):
@@ -160,13 +153,13 @@ class MixtureParametrization(Parametrization):
 
 
 def _within(*places: float) -> Floats:
-    """Places, moved into [0, 1]."""
     return np.clip(np.array(places, np.float64), 0.0, 1.0)
 
 
 PARAMETRIZATIONS: Mapping[str, Parametrization] = {
-    **BlinnPhongMixture.parametrizations(),
-    **GgxMixture.parametrizations(),
+    "blinn-phong": BlinnPhongParametrization(),
+    "ggx": SingleLobeParametrization(),
+    "mixture": MixtureParametrization(),
 }
 """Those that the training of a basis predicts, by name in files."""
 
@@ -174,15 +167,12 @@ BEST = "mixture"  # the one with the least variance
 
 
 def find_parametrization(name: str) -> Parametrization:
-    """The parametrization of a name, of this or of another package.
+    """The parametrization of a name, from this or another package.
 
-    Raises
-    ------
-    ValueError
-        If no known sampler has one of this name.
+    Raises ValueError if no known sampler has one of this name.
     """
-    for _, kind in SAMPLERS.members():
-        if name in (known := kind.parametrizations()):
+    for known in (PARAMETRIZATIONS, *(kind.parametrizations() for _, kind in SAMPLERS.members())):
+        if name in known:
             found: Parametrization = known[name]
             return found
     raise ValueError(

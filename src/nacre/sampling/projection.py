@@ -1,4 +1,4 @@
-"""The reflectance next to another that is reciprocal and reflects no more light than it gets."""
+"""The closest reflectance to another that is reciprocal and reflects no more light than it gets."""
 
 from __future__ import annotations
 
@@ -24,16 +24,10 @@ _LOWEST = 1e-20  # a cosine that is not 0
 class Projection(Brdf):
     """A reflectance made reciprocal and limited in energy.
 
-    f'(wi, wo) = s(wi) s(wo) (f(wi, wo) + f(wo, wi)) / 2, or f of the one order where the other is
-    not known. The factors s of each channel are 1 where the albedo allows it, and elsewhere keep it
-    at a limit: linear between nodes in the logarithm of cos theta + 0.01 and in the azimuth.
-
-    Parameters
-    ----------
-    brdf
-        Any reflectance.
-    limit
-        Of the directional albedo of each channel, in (0, 1].
+    f'(wi, wo) = s(wi) s(wo) (f(wi, wo) + f(wo, wi)) / 2, or f in one order where it is not known in
+    the other. The factors s of each channel are 1 where the albedo allows it, and elsewhere keep it
+    at the limit, in (0, 1]: linear between nodes in the logarithm of cos theta + 0.01 and in the
+    azimuth.
     """
 
     traceable = False
@@ -72,14 +66,15 @@ class Projection(Brdf):
         return self._brdf.valid_components(wi, wo) | self._brdf.valid_components(wo, wi)
 
     def _factor(self, w: Components) -> Floats:
-        """Factors s of directions, shape (..., 3)."""
         assert self.factors is not None
         table = self.factors.reshape(-1, 3)
         total: Floats = sum(f[..., None] * table[k] for k, f in _nodes(w, self.factors.shape[1]))
         return total.astype(np.result_type(*w), copy=False)
 
     def _solved(self, limit: float) -> Floats | None:
-        """Factors by a damped fixed point of s(o) = min(1, limit / sum over i of A(o, i) s(i))."""
+        """Factors from a damped fixed point of s(o) = min(1, limit / sum over i of A(o,
+        i) s(i)).
+        """
         theta, phi = views(_POLAR, 1 if self.isotropic else _AZIMUTHS)
         count, order = theta.size, _ORDERS[not self.isotropic]
         reflected = np.empty((count, count, 3))

@@ -19,17 +19,13 @@ SAMPLERS: Registry[type[Sampler]] = Registry(
     },
 )
 """Every kind of sampler that files can hold, by its `kind`; packages add theirs by an entry point
-of the group `nacre.samplers`.
-"""
+in the group `nacre.samplers`."""
 
 
 def describe_sampler(sampler: Sampler) -> dict[str, Any]:
     """The kind of a sampler and its parameters, as JSON holds them.
 
-    Raises
-    ------
-    ValueError
-        If its class is not in :data:`SAMPLERS`, so that the file could not be read.
+    Raises ValueError if its class is not in :data:`SAMPLERS`, so that the file could not be read.
     """
     if SAMPLERS.get(sampler.kind) is not type(sampler):
         raise ValueError(
@@ -42,12 +38,8 @@ def describe_sampler(sampler: Sampler) -> dict[str, Any]:
 def make_sampler(description: Mapping[str, Any]) -> Sampler:
     """The sampler of a description; the inverse of :func:`describe_sampler`.
 
-    Raises
-    ------
-    KeyError, TypeError, ValueError
-        If something is missing, of the wrong type, or out of bounds.
-    NacreError
-        If another package brings the sampler and does not load.
+    Raises KeyError, TypeError or ValueError if something is missing, of the wrong type, or out of
+    bounds, NacreError if another package brings the sampler and does not load.
     """
     kind = description["kind"]
     if kind not in SAMPLERS:

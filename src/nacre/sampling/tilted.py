@@ -1,7 +1,7 @@
 """A diffuse lobe and visible GGX normals about a tilted mean normal, and the best of some of them.
 
 The lobe of a texel leans to where the slope of its mesostructure turns it. Parameters may be arrays
-of any library, one value a texel or ray.
+of any library, one value per texel or ray.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _ROUGHNESS = (0.15, 0.22, 0.32, 0.5, 0.8)
 _SLOPES = (0.2, 0.45)
 _AZIMUTHS = 8
 _BLOCK = 1 << 10
-_DARK = 1e-12  # of squared products with the cosine, so that a black texel has a mixture too
+_DARK = 1e-12  # added to squared products with the cosine: a black texel has a mixture too
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def fit_tilted(values: Floats, wi: Floats, wo: Floats, areas: Floats) -> Floats:
     """The mixture, among some hundreds, whose sample weights vary least, for each texel: shape (t,
     4).
 
-    Values are proportional to f_r, one a texel and pair of unit directions, shape (t, n);
+    Values are proportional to f_r, one per texel and pair of unit directions, shape (t, n);
     directions (n, 3) are one view after the other, each with the same number of lights, which stand
     for solid angles `areas` (n,). All views count alike, however bright they are.
     """
@@ -99,7 +99,6 @@ def fit_tilted(values: Floats, wi: Floats, wo: Floats, areas: Floats) -> Floats:
 
 @cache
 def _mixtures() -> Floats:
-    """Those to choose from, shape (m, 4)."""
     slopes = [(0.0, 0.0)]
     for size in _SLOPES:
         angles = np.arange(_AZIMUTHS) * (2.0 * math.pi / _AZIMUTHS)

@@ -9,13 +9,7 @@ import numpy as np
 from nacre.array import Array, Components
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.geometry import (
-    cosine_hemisphere,
-    join,
-    split,
-    uniform_hemisphere,
-    uniform_rusinkiewicz,
-)
+from nacre.geometry import cosine_hemisphere, join, split, uniform_hemisphere, uniform_rusinkiewicz
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import thread_map
 from nacre.sampling.fit import fit_blinn_phong
@@ -84,35 +78,14 @@ def draw_samples(
     progress: Callable[[int, int], None] | None = None,
     distribution: str = "rusinkiewicz",
 ) -> DirectionSamples:
-    """Samples at random directions, by default uniform in the Rusinkiewicz angles.
+    """Samples at random directions in float32, by default uniform in the Rusinkiewicz angles.
 
     Then theta_h and theta_d lie in [0, pi/2), phi_d in [0, 2 pi); phi_h in [0, 2 pi) for an
     anisotropic reflectance, else 0 (NBRDF paper, section 3.1). Pairs with a direction below the
     horizon, and samples that are not valid or not finite, are dropped and replaced, so that `count`
-    remain.
-
-    Parameters
-    ----------
-    brdf
-        Reflectance to sample.
-    count
-        Number of samples.
-    seed
-        The same seed gives the same samples.
-    progress
-        Called with the number of samples drawn and `count`.
-    distribution
-        One of :data:`DISTRIBUTIONS`.
-
-    Returns
-    -------
-    DirectionSamples
-        Of float32.
-
-    Raises
-    ------
-    NacreError
-        If hardly any sample is valid.
+    remain. The same seed gives the same samples; `progress` is called with the number of samples
+    drawn and `count`; `distribution` is one of :data:`DISTRIBUTIONS`. Raises NacreError if hardly
+    any sample is valid.
     """
     directions = DISTRIBUTIONS[distribution](brdf)
     wi, wo, rgb = (np.empty((count, 3), np.float32) for _ in range(3))

@@ -1,4 +1,4 @@
-"""GGX normals as a direction sees them, mirrored about which it becomes the light.
+"""GGX normals as a direction sees them; mirrored about one, the direction becomes the light.
 
 A sheared and stretched hemisphere is a distribution of normals: with roughnesses a_x and a_y and a
 shift s, the point m of the unit hemisphere stands for the normal (a_x (m_x + s m_z), a_y m_y, m_z).
@@ -18,12 +18,12 @@ from nacre.geometry import dot, normalize
 
 MIN_ROUGHNESS = 1e-3  # below it float32 half vectors do not resolve the lobe
 
-_MIN_SQUARES = 0.01  # below those of any unit vector: of opposite directions at the horizon h is 0
+_MIN_SQUARES = 0.01  # below those of any unit vector; h is 0 for opposite directions at the horizon
 _MIN_AREA = 1e-12  # keeps directions below the horizon, which callers discard, from dividing by 0
 
 
 def distribution(h: Components, alpha: tuple[Array, Array], shift: Array = 0.0) -> Array:
-    """D in 1/sr, of which D cos theta_h integrates to 1 over the hemisphere."""
+    """D in 1/sr, where D cos theta_h integrates to 1 over the hemisphere."""
     # The sum of squares keeps its precision where 1 - cos^2 has none left.
     x, y = h[0] / alpha[0] - shift * h[2], h[1] / alpha[1]
     squares = namespace(*h).maximum(x * x + y * y + h[2] * h[2], _MIN_SQUARES)
@@ -60,7 +60,7 @@ def visible_density(
 def sample_visible(
     wo: Components, u: Array, v: Array, alpha: tuple[Array, Array], shift: Array = 0.0
 ) -> Components:
-    """Unit normal as `wo` sees them, from two numbers in [0, 1)."""
+    """A unit normal that `wo` sees, from two numbers in [0, 1)."""
     xp = namespace(*wo, u, v)
     seen = normalize(stretched(wo, alpha, shift))
     # A cap of the unit sphere about the direction: its points are half-way from that to normals.

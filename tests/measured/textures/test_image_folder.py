@@ -153,7 +153,7 @@ def test_images_of_another_kind_are_refused(folder: Path) -> None:
     for content, words in (
         (b"", "is not an OpenEXR, PNG or JPEG image"),
         (png_bytes(np.zeros((6, 7, 3), np.uint8), 7, 6), "7 x 6 pixels"),
-        (png_bytes(np.zeros((5, 7, 1), np.uint8), 7, 5), "is not of three colors"),
+        (png_bytes(np.zeros((5, 7, 1), np.uint8), 7, 5), "does not have three colors"),
     ):
         path.write_bytes(content)
         assert_refused(lambda: load(folder), str(path), words)

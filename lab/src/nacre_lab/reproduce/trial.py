@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.color import tone_map
-from nacre.metrics.metrics import angular_errors, image_errors, similarity_map
+from nacre.errors import require
+from nacre.metrics.metrics import angular_errors, image_errors
 from nacre.render.environment import Environment
 from nacre.render.lights import DIRECTIONS, Light
 from nacre.render.sphere import SIZE, Image, Mask, render_sphere, standard_lights
@@ -179,8 +181,19 @@ def attempt(
         errors, _ = image_errors(image, other, mask)
         figures |= {f"{light_name} {m}": float(getattr(errors, m.lower())) for m in MEASURES}
         first, shown = tone_map(image), tone_map(other)
-        similarity = similarity_map(first, shown).astype(np.float16)
+        similarity = _similarity_map(first, shown).astype(np.float16)
         pictures[light_name] = Picture(np.rint(255.0 * shown).astype(np.uint8), similarity, mask)
     angles = angular_errors(truth, fitted, seed=settings.seed)
     figures |= dict(zip(ANGLES, (angles.relative_median, angles.log_cosine), strict=True))
     return Trial(reference.name, name, fitted.nbytes or 0, seconds, figures), pictures, fitted
+
+
+def _similarity_map(truth: Floats, other: Floats) -> Floats:
+    """SSIM (Wang et al. 2004) about every pixel of two pictures of display values, 7 x 7 pixels or
+    more: of a window of that size, with channels averaged.
+    """
+    metrics = require("skimage.metrics", "render")
+    _, whole = metrics.structural_similarity(
+        truth, other, channel_axis=-1, data_range=1.0, full=True
+    )
+    return np.asarray(np.asarray(whole).mean(axis=-1))
