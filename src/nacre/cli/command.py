@@ -70,7 +70,7 @@ class Command(click.Command):
 
     def invoke(self, ctx: click.Context) -> Any:
         """See click; shows progress meanwhile."""
-        from nacre.cli.progress import Display
+        from nacre.cli.display import Display
         from nacre.cli.report import detail, status
 
         now, began = session(), time.monotonic()

@@ -13,8 +13,9 @@ from click import IntRange
 from nacre.brdf import Brdf
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.display import Line
 from nacre.cli.options import option
-from nacre.cli.progress import Line, progress
+from nacre.cli.progress import progress
 from nacre.cli.report import print_facts, print_table, say
 from nacre.errors import FormatError
 

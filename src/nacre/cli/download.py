@@ -11,8 +11,9 @@ import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.display import Line
 from nacre.cli.options import option
-from nacre.cli.progress import Line, hidden_progress, progress
+from nacre.cli.progress import hidden_progress, progress
 from nacre.cli.report import aside, print_facts, print_json, report_parts, say
 from nacre.errors import NacreError
 

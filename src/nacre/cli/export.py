@@ -12,9 +12,10 @@ from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.display import Line
 from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
-from nacre.cli.progress import Line, progress
+from nacre.cli.progress import progress
 from nacre.cli.report import keyed, print_facts, print_json, print_table, report
 from nacre.errors import NacreError
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from nacre.cli import options
+from nacre.cli.display import Line
 from nacre.cli.kinds import check_pixels, expect
-from nacre.cli.progress import Line, progress
+from nacre.cli.progress import progress
 from nacre.cli.report import aside, fail, json_key, note, report, report_facts, report_parts, say
 from nacre.cli.session import session
 from nacre.errors import printable

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.display import Line
 from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
-from nacre.cli.progress import Line, progress
+from nacre.cli.progress import progress
 from nacre.cli.report import report
 from nacre.errors import NacreError, printable
 from nacre.figures.plot import CHANNELS, INCIDENCE, MAX_MATERIALS

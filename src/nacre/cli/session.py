@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from nacre.cli.progress import Display
+    from nacre.cli.display import Display
 
 _SNIFFED = ((b"{", ".json"), (b"[", ".json"))
 

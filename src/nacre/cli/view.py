@@ -11,8 +11,9 @@ import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.display import Line
 from nacre.cli.options import option
-from nacre.cli.progress import Line, progress
+from nacre.cli.progress import progress
 from nacre.cli.report import counted, fail, note, report, report_file
 from nacre.errors import FormatError, NacreError
 
