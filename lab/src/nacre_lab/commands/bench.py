@@ -1,5 +1,3 @@
-"""`nacre bench`."""
-
 from __future__ import annotations
 
 from dataclasses import asdict
@@ -10,8 +8,7 @@ import click
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import aside, counted, print_facts, report, say
+from nacre.cli.report import aside, counted, print_facts, progress, report, say
 
 
 def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> None:

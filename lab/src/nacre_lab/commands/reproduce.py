@@ -1,5 +1,3 @@
-"""`nacre reproduce`."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -11,8 +9,7 @@ from click import IntRange
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import aside, print_facts, report, say
+from nacre.cli.report import aside, print_facts, progress, report, say
 
 _FIELDS: dict[str | None, str | None] = {"cache": "folder"}
 """Names of options that are called otherwise in :class:`nacre_lab.reproduce.experiment.Request`."""
