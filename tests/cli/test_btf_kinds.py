@@ -86,7 +86,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("convert texture.npz -o textures", "textures: is a directory"),
         ("btf capture --all -o texture.npz", "texture.npz: is a file, expected a folder"),
         ("fit textures -o library", "library: has no ending; write library.safetensors"),
-        ("fit factored -o library", "no measured materials found, but textures (BTFs); fit these"),
+        ("fit factored -o library", "no measured materials found, only textures (BTFs); fit these"),
     ],
 )
 def test_what_a_file_is_and_who_takes_it(here, capsys, arguments, words):

@@ -276,7 +276,7 @@ def test_a_bad_file_gives_no_traceback(folder, tmp_path):
         (["render", "table.binary", "--frames", "3"], "--frames is for textures (BTFs)"),
         (
             ["render", "table.binary", "--shape", "cylinder"],
-            "is a reflectance; expected one of ball, sphere",
+            "; expected one of ball, sphere",
         ),
         (["render", "table.binary", "-o", "-"], "binary files cannot go to standard output"),
         (["convert", "table.binary", "x.bsdf"], "Missing option '-o' / '--output'"),

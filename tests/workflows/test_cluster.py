@@ -162,7 +162,7 @@ def test_contents_are_sent_where_a_worker_has_another_file(
     for record in outcome.failed:
         found = hashlib.sha256((folder / record.source).read_bytes()).hexdigest()
         assert record.error.startswith("on worker tcp://127.0.0.1:")
-        assert record.error.endswith(f"is another file, of SHA-256 {found}")
+        assert record.error.endswith(f"is another file, with SHA-256 {found}")
     outcome = fit_library([folder], output, QUICK, executor=Cluster(cluster.address))
     assert len(outcome.fitted) == 6
     assert fits(output) == here
@@ -245,7 +245,7 @@ def test_a_setting_that_only_one_side_knows_is_a_difference():
 
 def test_a_worker_of_other_code_is_refused():
     setup = Setup(QUICK, QUICK.digest, nacre.__version__, "other", "topic", 1.0)
-    with pytest.raises(NacreError, match="of other code than the run's"):
+    with pytest.raises(NacreError, match="with other code than the run's"):
         work(setup, Task("token", "a.binary", "", None))
 
 

@@ -27,7 +27,7 @@ def test_results_are_added_to_and_printed_as_a_table(capsys: Any) -> None:
     assert printed.out == (
         "bench-included.jsonl: 3 rows measured, 0 there already, 1 without a result\n"
     )
-    assert "left out: published of rgl:paper_white: is for measured tables" in printed.err
+    assert "left out: published for rgl:paper_white: is for measured tables" in printed.err
     before = Path("bench-included.jsonl").read_text()
     rows = [json.loads(line) for line in before.splitlines()]
     assert [row["method"] for row in rows] == ["truth", "published", "lambert"]
@@ -49,7 +49,7 @@ def test_results_are_added_to_and_printed_as_a_table(capsys: Any) -> None:
         "- `published`: is for measured tables of the RGL database (rgl:paper_white)\n"
     )
     Path("cut.jsonl").write_text(before[:300])
-    assert_refused(capsys, "cut.jsonl: has no whole row", "bench", "--show", "cut.jsonl")
+    assert_refused(capsys, "cut.jsonl: has no complete row", "bench", "--show", "cut.jsonl")
     # A row is measured again by its own command: the figures are the same, times are not.
     words = rows[2]["command"].split()[1:]
     assert run(*words, "-o", "again.jsonl") == 0

@@ -119,10 +119,9 @@ def _page(
     if chosen["height_field"] is not None and len(textures) != 1:
         raise NacreError(f"--height-field: is for one texture, not for {len(textures)}")
     for texture in textures:
-        if (image := chosen["height_field"]) is not None:
+        heights, image = texture.heights, chosen["height_field"]
+        if image is not None:
             heights = HeightField.read(image, chosen["depth"])
-        else:
-            heights = texture.heights
         content.add_texture(texture.btf, heights, progress=line)
     if not entries and not textures:
         raise NacreError("no material could be read")

@@ -105,7 +105,7 @@ def fit_files(
     for path, output in pairs:
         try:
             if output.resolve() in taken:
-                raise FormatError(f"{output}: is also the input; name another output")
+                raise FormatError(f"{output}: is the input as well; name another output")
             check_writable(output)
         except (OSError, NacreError) as error:
             found[output] = Fit(error=explain(error, path))
