@@ -230,7 +230,9 @@ def test_other_versions_and_settings_are_refused(cluster, folder, output, tmp_pa
         fit_library([folder], output, fitting, executor=Cluster(cluster.address), watcher=Join())
     assert fits(output) == {}
     monkeypatch.setattr(nacre, "__version__", "99")
-    with pytest.raises(NacreError, match=r"worker tcp://.*: has nacre 0.*, the run 99; install"):
+    with pytest.raises(
+        NacreError, match=r"worker tcp://.*: has nacre 0.*, but the run 99; install"
+    ):
         fit_library([folder], tmp_path / "other", QUICK, executor=Cluster(cluster.address))
     assert not (tmp_path / "other").exists()
 
@@ -272,7 +274,7 @@ def test_a_cluster_that_is_not_there_or_goes_away(folder, output, tmp_path):
         with running.workers(1):
             killer = aside(kill)
             begun = time.monotonic()
-            with pytest.raises(NacreError, match="run again to go on"):
+            with pytest.raises(NacreError, match="run again to continue"):
                 fit_library([folder], output, fitting, executor=Cluster(running.address))
             assert time.monotonic() - begun < 60
             killer.join()

@@ -81,9 +81,9 @@ def test_splits_methods_and_measures_are_listed(capsys: Any) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--split", "none"), "'none' is no split (known: included, "),
-        (("--methods", "magic"), "'magic' is no method"),
-        (("--only", "chrome"), "'chrome' is no material of the split included"),
+        (("--split", "none"), "'none' is not a split (known: included, "),
+        (("--methods", "magic"), "'magic' is not a method"),
+        (("--only", "chrome"), "'chrome' is not a material of the split included"),
         (("--split", "rgl"), "rgl: needs acrylic_felt_green_rgb.bsdf; 'nacre download"),
         (("-o", "none/out.jsonl"), "none/out.jsonl: folder none does not exist"),
         (("--show", "none.jsonl"), "none.jsonl: cannot be read"),

@@ -59,9 +59,9 @@ def test_two_files_of_one_material_are_refused(files):
             separate([*files, copy], ())
     assert separate(files, ()) == (files, [])
     assert separate(files, ["m2"]) == ([files[2]], [p for p in files if p != files[2]])
-    with pytest.raises(NacreError, match="m9: is none of the materials"):
+    with pytest.raises(NacreError, match="m9: is not one of the materials"):
         separate(files, ["m9"])
-    with pytest.raises(NacreError, match="leaves 1 materials to train on, of 4"):
+    with pytest.raises(NacreError, match="leaves 1 materials to train on, expected at least 4"):
         separate(files[:3], ["m0", "m1"])
 
 
