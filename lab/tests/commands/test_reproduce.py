@@ -111,7 +111,7 @@ def test_rows_show_what_lies_between_pairs(coded, capsys):
     assert run("reproduce", "fig12", *files, *options) == 0
     printed = capsys.readouterr().out.splitlines()
     assert printed[0] == "out/fig12.png: 4 materials"
-    assert "differs from the paper: codes of the basis given" in printed[1]
+    assert "differs from the paper: codes from the given basis" in printed[1]
     assert (coded / "out" / "fig12.png").read_bytes().startswith(b"\x89PNG")
 
 

@@ -275,8 +275,8 @@ FIG2 = Comparison(
     draw=_both_lights,
     differs="spheres of `nacre compare` instead of the paper's scene; the materials named below; "
     "the network sees each at the pairs of directions of the Bonn dome, up to 75 degrees, since "
-    "the paper does not say which it used; its encoder's sizes and its training are nacre's; beside "
-    "it are a small network with the same inputs, and an NBRDF",
+    "the paper does not say which it used; its encoder's sizes and its training are nacre's; "
+    "beside it are a small network with the same inputs, and an NBRDF",
 )
 FIG5 = Comparison(
     title="materials from other databases",

@@ -14,7 +14,7 @@ from nacre_lab.reproduce.trial import HIGHER_IS_BETTER, Trial
 
 _DECIMALS = {"SSIM": 4, "PSNR": 1}
 """Decimals of figures in tables; other errors have four."""
-_HIGHER_IS_BETTER = (*HIGHER_IS_BETTER, "rays a second")
+_HIGHER_IS_BETTER = (*HIGHER_IS_BETTER, "rays per second")
 
 
 @dataclass(frozen=True)

@@ -66,9 +66,7 @@ def separate(files: Sequence[Path], unseen: Sequence[str]) -> tuple[list[Path], 
         for path in files:
             first = known.setdefault(what(path), path)
             if first is not path:
-                raise NacreError(
-                    f"{first} and {path} hold the same material; give only one of them"
-                )
+                raise NacreError(f"{first} and {path} hold the same material; give only one")
     names = {path.stem for path in files}
     if unknown := [name for name in unseen if name not in names]:
         raise NacreError(f"{unknown[0]}: is not one of the materials ({', '.join(sorted(names))})")
@@ -77,9 +75,7 @@ def separate(files: Sequence[Path], unseen: Sequence[str]) -> tuple[list[Path], 
     others = [path for path in files if path.stem not in unseen]
     count, least = len(others), MIN_MATERIALS - 1
     if count < least:
-        raise NacreError(
-            f"--unseen leaves {count} materials to train on, expected at least {least}"
-        )
+        raise NacreError(f"--unseen leaves {count} materials to train on, expected {least} or more")
     return [path for path in files if path.stem in unseen], others
 
 

@@ -178,16 +178,16 @@ BTF_FIG9 = TextureExperiment(
     title="unseen textures from three distances, filtered as images and as codes",
     methods=("unified-32", "basis-32"),
     make=fig9,
-    differs=f"{_ALWAYS}; averages over 2, 4 and 8 texels per edge; the measured pair nearest to the "
-    "paper's angles",
+    differs=f"{_ALWAYS}; averages over 2, 4 and 8 texels per edge; the measured pair nearest to "
+    "the paper's angles",
 )
 BTF_FIG10 = TextureExperiment(
     title="unseen textures enlarged by quilting their codes",
     methods=("unified-32", "basis-32"),
     make=fig10,
     heeds=_RENDERED,
-    differs=f"{_ALWAYS}; quilting also avoids patches that merely continue their neighbors; a plane "
-    "under our environment",
+    differs=f"{_ALWAYS}; quilting also avoids patches that merely continue their neighbors; a "
+    "plane under our environment",
 )
 BTF_TSNE = TextureExperiment(
     title="codes of texels in a plane",

@@ -45,9 +45,7 @@ def tsne(study: Study, methods: Sequence[Method]) -> Outcome:
     panels: dict[str, tuple[list[Material], npt.NDArray[np.float64]]] = {}
     for method in methods:
         if method.own:
-            raise NacreError(
-                f"{method.name}: each material has its own codes; choose another method"
-            )
+            raise NacreError(f"{method.name}: each material has its own codes; choose another")
         found = [(material, study.codes(method, material, TEXELS)) for material in materials]
         known = [(material, codes) for material, codes in found if codes is not None]
         if not known:
