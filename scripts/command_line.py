@@ -26,7 +26,7 @@ this page from the help texts.
 Every command takes `-h/--help`, `-V/--version`, `-q/--quiet` (no progress, no notes) and
 `-v/--verbose` (timings, paths, causes of errors). Commands that write files take `--force`, which
 replaces protected outputs; commands that report results take `--json`, which prints them for
-programs. [Outputs, interruptions, scripts](../guide/outputs.md) tells more, also about exit codes.
+programs. See [outputs, interruptions, scripts](../guide/outputs.md), also for exit codes.
 An INPUT `-` is standard input; an OUTPUT `-` is standard output, for text.
 """
 LAB_HEAD = """\

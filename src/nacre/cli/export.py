@@ -21,7 +21,7 @@ from nacre.errors import NacreError
     options.argument("source", metavar="INPUT", required=False),
     option("--to target", metavar="TARGET", help="Target or place to write for; see --list."),
     option("-o --output", click.Path(), shown="NAME with the target's ending"),
-    "File to write, or a folder/, always for targets of several files.",
+    "File to write, or a folder/ for targets with several files.",
     option("--name", shown="INPUT's name", help="Prefix of the names in the output."),
     option("--material", applies="brdf", help="Name of the material in a file that holds several."),
     options.basis_option(),

@@ -32,7 +32,7 @@ _NOTICE = 1 << 20  # bytes
     option("--environment", options.INPUT, multiple=True, shown="the built-in ones"),
     "Latitude-longitude map to offer as light (.exr, .hdr, .png). May be repeated.",
     option("--map mapped", is_flag=True),
-    "Add a map on which to look between the materials; 0.6 MB.",
+    "Add a map for exploring what lies between the materials; 0.6 MB.",
     options.height_field_option(shown="NAME.exr beside it, if any"),
     "Gray image for parallax of a single texture.",
     options.depth_option(),

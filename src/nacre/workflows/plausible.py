@@ -76,8 +76,9 @@ def draw_materials(
 ) -> list[CodedBrdf]:
     """Plausible materials that nobody measured.
 
-    Their codes are drawn from the density of codes. Those less plausible than all but 5 % of the
-    training materials are drawn again, and so are those that reflect more light than they receive.
+    Their codes are drawn from the density of codes. Those less plausible than the least plausible
+    5 % of the training materials are drawn again, and so are those that reflect more light than
+    they receive.
 
     Parameters
     ----------
@@ -123,7 +124,7 @@ def draw_materials(
 
 
 def project_material(material: CodedBrdf) -> CodedBrdf:
-    """The nearest material at least as plausible as all but 5 % of the training materials.
+    """The nearest material more plausible than the least plausible 5 % in training.
 
     See :meth:`nacre.latent.Prior.project`; a plausible material stays as it is.
 

@@ -15,7 +15,7 @@ from nacre.errors import NacreError
     options.output_option("Plot to write (.png, .svg, .pdf)."),
     options.basis_option(),
     option("--highlight", options.INPUT, multiple=True),
-    "Material among INPUT to ring in red and list the nearest ones of. May be repeated.",
+    "Material among INPUT to ring in red and list the neighbors of. May be repeated.",
     options.seed_option(),
 )
 def command(

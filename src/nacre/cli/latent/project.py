@@ -19,8 +19,8 @@ from nacre.cli.report import print_table, progress, report_file
 def command(source: Path, output: Path, basis_name: str) -> None:
     """Move a material or a code (.json) to the nearest plausible one.
 
-    The result is the nearest code at least as plausible as all but 5 % of the materials that the
-    basis was trained on. A material that already is stays as it is.
+    The result is the nearest code that is more plausible than the least plausible 5 % of the
+    training materials. A material that already is plausible stays as it is.
     """
     from nacre.figures.code_views import coded
     from nacre.latent import find_basis, save_code

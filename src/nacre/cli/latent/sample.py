@@ -28,8 +28,8 @@ def command(
 ) -> None:
     """Draw plausible materials that nobody measured, like those the basis was trained on.
 
-    Each is at least as plausible as all but 5 % of the training materials, and none reflects more
-    light than it receives.
+    Each is more plausible than the least plausible 5 % of the training materials, and none reflects
+    more light than it receives.
     """
     from nacre.figures.code_views import strip
     from nacre.latent import find_basis, save_code

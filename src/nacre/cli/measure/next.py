@@ -27,7 +27,7 @@ from nacre.errors import FormatError
     option("--budget", click.IntRange(1), shown="no limit"),
     "Total number of samples to measure.",
     option("--until", options.FiniteRange(0.0, 1.0), default=0.0),
-    "Expected error of a picture's display values to stop at, from 0 to 1.",
+    "Expected error to stop at, in a picture's display values from 0 to 1.",
     *instrument_options(),
     options.scale_option(),
     options.basis_option(),
