@@ -89,7 +89,8 @@ class Kind:
     sources
         Modules that determine the result, as patterns of paths.
     own
-        Whether each material has its own codec. network
+        Whether each material has its own codec.
+    network
         Kind in :data:`CODECS` and settings of a trained network; None for other codecs.
     """
 
