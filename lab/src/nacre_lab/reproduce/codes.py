@@ -79,7 +79,7 @@ class CodeSettings(Settings):
         return replace(self, steps=500, mixtures=60)
 
     def summary(self) -> str:
-        """The settings in one line, for people."""
+        """The settings in one line."""
         return (
             f"{self.pictures()}; codes of {self.code_dim} values; bases of the {self.trained} "
             f"materials that are not held out, trained for {self.steps:,} steps at most; seed "
