@@ -118,15 +118,15 @@ def test_a_member_that_does_not_load_is_left_out_with_a_warning(
 
 def test_a_codec_of_another_package_is_trained_encodes_and_plans(installed: Path) -> None:
     files = write(installed, 2)
-    trained = train_codec(files, installed / "model.safetensors", model="cosines", texels=9, seed=1)
-    assert trained is not None
-    facts = codec_facts(trained.path)
+    trained = installed / "model.safetensors"
+    assert train_codec(files, trained, model="cosines", texels=9, seed=1) is not None
+    facts = codec_facts(trained)
     assert (facts["model"], facts["latent size"], facts["functions"]) == ("cosines", 21, 7)
     assert facts["materials in training"] == 2
-    codec = load_codec(trained.path)
+    codec = load_codec(trained)
     assert type(codec) is CODECS["cosines"]
 
-    encoded = encode_texture(files[0], installed / "felt.safetensors", model=trained.path)
+    encoded = encode_texture(files[0], installed / "felt.safetensors", model=trained)
     made = nacre.load(encoded.path)
     truth = texture(0).texels(slice(None))
     assert np.square(made.texels(slice(None)) - truth).mean() < 0.1 * np.square(truth).mean()

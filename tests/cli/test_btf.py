@@ -178,7 +178,7 @@ def test_a_sheet_of_large_pictures_is_reduced(tmp_path: Path, monkeypatch) -> No
     [
         (("info", "absent.npz"), "absent.npz: cannot be read"),
         (("info", "."), "neither images named"),
-        (("info", "cloth.npz", "--pixels", "radiance"), "says what its values are"),
+        (("info", "cloth.npz", "--pixels", "radiance"), "defines its values itself"),
         (("convert", "cloth.npz", "-o", "x.csv"), "files hold one material, not a texture"),
         (("convert", "cloth.npz", "-o", "x.npz", "--components", "9"), "components: is not"),
         (("convert", "cloth.npz", "-o", "cloth.npz"), "is the input as well"),

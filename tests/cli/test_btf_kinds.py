@@ -60,9 +60,9 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("fit texture.npz -o x.safetensors --preset draft", "--preset is for networks"),
         ("fit texture.npz -o x.safetensors --model ggx", "--model is for reflectances (BRDFs)"),
         ("fit texture.npz paint.safetensors", "one texture at a time"),
-        ("compare texture.npz paint.safetensors", "paint.safetensors: is a reflectance, and"),
+        ("compare texture.npz paint.safetensors", "paint.safetensors: is a reflectance, but"),
         ("render texture.npz --height 9", "--height is for reflectances (BRDFs)"),
-        ("render texture.npz --shape ball", "for which there are cylinder, sphere"),
+        ("render texture.npz --shape ball", "is a texture; expected one of cylinder, sphere"),
         ("convert texture.npz -o x.npz --material a", "--material is for reflectances"),
         ("info texture.npz --no-physics", "--physics is for reflectances"),
         (
@@ -86,7 +86,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("convert texture.npz -o textures", "textures: is a directory"),
         ("btf capture --all -o texture.npz", "texture.npz: is a file, expected a folder"),
         ("fit textures -o library", "library: has no ending; write library.safetensors"),
-        ("fit factored -o library", "no measured materials found, but textures (BTFs); fit these"),
+        ("fit factored -o library", "no measured materials found, only textures (BTFs); fit these"),
     ],
 )
 def test_what_a_file_is_and_who_takes_it(here, capsys, arguments, words):

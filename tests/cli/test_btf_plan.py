@@ -82,7 +82,7 @@ def test_the_first_half_of_a_plan_is_a_plan(here) -> None:
         ("btf plan --count 5 -o x.csv --codec one.csv", "one.csv: cannot be read"),
         (
             "fit model.safetensors -o c.safetensors --directions one.csv",
-            "for a folder of images",
+            "for folders of images",
         ),
         ("fit photos -o c.safetensors --directions one.csv", "one.csv: cannot be read"),
     ],

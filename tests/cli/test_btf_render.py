@@ -106,7 +106,7 @@ def test_mistakes_are_told_before_anything_is_rendered(
         (("cloth.safetensors", "-o", "x.tif"), "a picture ends in one of"),
         (("cloth.safetensors", "-o", "x.gif"), "a picture ends in one of"),
         (("cloth.safetensors", "--frames", 4), "directional or point light"),
-        (("cloth.safetensors", "--frames", 4, "--denoise", *LIT), "for one picture of one texture"),
+        (("cloth.safetensors", "--frames", 4, "--denoise", *LIT), "not for animations"),
         (("cloth.safetensors", "--frames", 1, *LIT), "--frames"),
         (("cloth.safetensors", "--light-path", "over", *LIT), "--frames"),
         (("cloth.safetensors", "--frames", 4, *LIT, "-o", "x.mp4"), "one of .gif, .png, .webp"),

@@ -233,7 +233,7 @@ def test_the_default_model_goes_on_to_the_same_bytes(files, tmp_path, capsys, mo
         assert not output.exists()
         capsys.readouterr()
         assert run(*arguments) == 2
-        assert "add --resume to go on" in capsys.readouterr().err
+        assert "add --resume to continue" in capsys.readouterr().err
         assert run(*arguments[:-1], 4, "--resume") == 2
         assert "belongs to another run" in capsys.readouterr().err
     assert run(*arguments, "--resume") == 0

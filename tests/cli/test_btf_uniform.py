@@ -56,7 +56,7 @@ def test_a_material_is_spread_over_given_directions(here) -> None:
     [
         ("average grey.json -o x.npz", "is one material (analytic), expected a texture"),
         ("average texture.npz -o x.json", "analytic files hold one material"),
-        ("average texture.npz -o x.npz --codec model.safetensors", "--codec encodes"),
+        ("average texture.npz -o x.npz --codec model.safetensors", "--codec is for an output"),
         (
             "average texture.npz -o x.safetensors --codec texture.npz",
             "texture, expected a texture codec",

@@ -71,7 +71,7 @@ def test_terms_are_shown_and_not_assumed(server, tmp_path):
     done = download("merl", "chrome", "--mirror", server.url, cwd=tmp_path)
     assert done.returncode == 2
     assert "MERL BRDF database" in done.stderr
-    assert "--accept-terms accepts them" in done.stderr.splitlines()[-1]
+    assert "add --accept-terms to accept them" in done.stderr.splitlines()[-1]
     assert not server.requests
     assert not (tmp_path / "cache").exists()
 

@@ -136,13 +136,13 @@ def test_codes_that_are_alike_have_places():
         (["interpolate", "m0.npz", "m1.npz", "-o", "x.json"], "x.json"),
         (["interpolate", "m0.npz", "none.npz", "-o", "x.png"], "none.npz: cannot be read"),
         (["map", "m0.npz", "m1.npz", "-o", "x.png"], "a map takes at least 5 materials, got 2"),
-        (["interpolate", "m0.npz", "-o", "x.png"], "expected SECOND, or a direction by --along"),
+        (["interpolate", "m0.npz", "-o", "x.png"], "expected SECOND, or a direction with --along"),
         (["interpolate", "m0.npz", "m1.npz", "-o", "x.html"], "expected no SECOND"),
         (["sample", "-o", "x", "--like", "steel"], "no material like 'steel'"),
         (["project", "m0.npz", "-o", "x.png"], "a code is a .json file"),
         (
             ["map", "m0.npz", "-o", "x.png", "--highlight", "m1.npz"],
-            "m1.npz: is to be highlighted but not among",
+            "m1.npz: cannot be highlighted, since it is not among",
         ),
     ],
 )

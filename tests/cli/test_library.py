@@ -112,8 +112,8 @@ def test_without_an_output_fits_go_here(folder, capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["in", "-o", "x.safetensors"], "x.safetensors must be a folder"),
-        (["in", "-o", "x.h5"], "x.h5 must be a folder"),
+        (["in", "-o", "x.safetensors"], "x.safetensors: must be a folder"),
+        (["in", "-o", "x.h5"], "x.h5: must be a folder"),
         (["empty", "-o", "lib"], "empty: no measured materials found"),
         (["in", "absent.binary", "-o", "lib"], "absent.binary: does not exist"),
         (["in", "in/sub/../../twin", "-o", "lib"], "same name as"),
@@ -121,7 +121,7 @@ def test_without_an_output_fits_go_here(folder, capsys):
         (["in", "--scheduler", "host"], "'host' is neither local nor like tcp://host:8786"),
         (["in", "--scheduler", "tcp://host:1", "--jobs", "2"], "--jobs is for this machine"),
         (["in", "--data", "path"], "--data is for a cluster"),
-        (["in", "-o", "-"], "-o -: standard output takes one analytic model"),
+        (["in", "-o", "-"], "-o -: only one analytic model"),
     ],
 )
 def test_wrong_usage_says_so_and_makes_nothing(folder, capsys, arguments, words):

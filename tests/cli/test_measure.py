@@ -64,7 +64,7 @@ def test_a_description_becomes_a_neural_material(tmp_path):
     assert nacre.load(path).inputs == "enhanced"
     code, text = run("measure", "bsdf", GREY, "-o", tmp_path / "grey.h5", "--preset", "draft")
     assert code == 0, text
-    assert "grey.h5: fitted with the paper's inputs, as .h5 files need them" in text
+    assert "grey.h5: fitted with the paper's inputs, which .h5 files need" in text
     assert_diffuse(tmp_path / "grey.h5", 0.05)
 
 
@@ -182,7 +182,7 @@ def test_what_no_table_holds_is_said(tmp_path, description, words):
 def test_one_source_is_wanted(tmp_path):
     code, text = run("measure", "bsdf", GREY, "--bsdf", "x", "-o", tmp_path / "x.bsdf")
     assert code == 2
-    assert "--bsdf chooses from a scene (.xml)" in text
+    assert "--bsdf is for a scene (.xml)" in text
     code, text = run("measure", "bsdf", "-o", tmp_path / "x.bsdf")
     assert code == 2
     assert "Missing argument 'INPUT'" in text

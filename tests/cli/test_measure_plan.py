@@ -140,9 +140,9 @@ def test_what_is_refused(capsys, measured):
     refused("was changed since nacre wrote it", *filled_in_place())
     refused("is a plan that is not filled in", "measure", "next", "empty.csv")
     nacre.save(TRUTH, "ggx.json")
-    refused("no measurement at scattered", "measure", "next", "ggx.json")
+    refused("is not a measurement at scattered", "measure", "next", "ggx.json")
     refused("is for samples", "latent", "encode", "ggx.json", "--free-scale", "-o", "e.json")
-    refused("belongs to the prior", "fit", "paint.csv", "--no-prior", "--free-scale", "-o", "n.h5")
+    refused("needs the prior", "fit", "paint.csv", "--no-prior", "--free-scale", "-o", "n.h5")
     refused("expected a width and a height", "measure", "plan", "--field", "3", "-o", "p.csv")
     refused("did you mean plan", "measure", "pla")
 

@@ -10,10 +10,10 @@ import pytest
 from rich.console import Console
 
 import nacre
-from nacre.cli import progress as module
+from nacre.cli import display as module
 from nacre.cli import report
+from nacre.cli.display import Display
 from nacre.cli.fitting import RunWatcher
-from nacre.cli.progress import Display
 from nacre.cli.session import begin
 from tests.cli.support import run
 from tests.reflectances import Glossy

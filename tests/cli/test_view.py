@@ -80,7 +80,7 @@ def test_pages_are_the_same_each_time(folder: Path) -> None:
 def test_what_cannot_be_shown_is_said(folder: Path, capsys: Any) -> None:
     assert_refused(capsys, "nothing.json: does not exist", "view", "nothing.json")
     assert_refused(capsys, "ends in .html", "view", "other.json", "-o", "page.txt")
-    assert_refused(capsys, "without --output", "view", "other.json", "-o", "x.html", "--port", 1)
+    assert_refused(capsys, "leave out --output", "view", "other.json", "-o", "x.html", "--port", 1)
     assert_refused(capsys, "package.json", "view", "package.json", "-o", "x.html")
     Path("empty").mkdir()
     assert_refused(capsys, "empty: holds no material", "view", "empty", "-o", "x.html")
@@ -120,7 +120,7 @@ def test_textures_are_shown_and_one_may_have_a_height_field(folder: Path, capsys
     (held,) = facts(Path("beside.html"))["textures"]
     assert held["relief"]["top"] == pytest.approx(0.5 * highest, rel=1e-3)
     assert_refused(capsys, "is not encoded", "view", "raw.npz", "-o", "x.html")
-    assert_refused(capsys, "not of 0", "view", "other.json", "--height-field", "heights.exr")
+    assert_refused(capsys, "not for 0", "view", "other.json", "--height-field", "heights.exr")
 
 
 def test_files_of_others_are_kept(folder: Path, capsys: Any) -> None:

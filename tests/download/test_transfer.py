@@ -29,7 +29,7 @@ def test_whole_file_and_its_progress(server, content, transfer, tmp_path):
 
 def test_a_length_beyond_all_numbers_is_named_as_the_servers_fault(server, transfer, tmp_path):
     server.faults = [("length", "9" * 5000)]
-    with pytest.raises(TransferError, match="answers wrongly"):
+    with pytest.raises(TransferError, match="invalid answer"):
         transfer(server.url)
     assert not (tmp_path / ".file.part").exists()
 

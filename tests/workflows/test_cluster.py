@@ -165,7 +165,7 @@ def test_contents_are_sent_where_a_worker_has_another_file(
     for record in outcome.failed:
         found = hashlib.sha256((folder / record.source).read_bytes()).hexdigest()
         assert record.error.startswith("on worker tcp://127.0.0.1:")
-        assert record.error.endswith(f"is another file, of SHA-256 {found}")
+        assert record.error.endswith(f"is another file, with SHA-256 {found}")
     outcome = fit_library([folder], output, QUICK, executor=Cluster(cluster.address))
     assert len(outcome.fitted) == 6
     assert fits(output) == here
@@ -236,7 +236,9 @@ def test_other_versions_and_settings_are_refused(cluster, folder, output, tmp_pa
         fit_library([folder], output, fitting, executor=Cluster(cluster.address), watcher=Join())
     assert fits(output) == {}
     monkeypatch.setattr(nacre, "__version__", "99")
-    with pytest.raises(NacreError, match=r"worker tcp://.*: has nacre 0.*, the run 99; install"):
+    with pytest.raises(
+        NacreError, match=r"worker tcp://.*: has nacre 0.*, but the run 99; install"
+    ):
         fit_library([folder], tmp_path / "other", QUICK, executor=Cluster(cluster.address))
     assert not (tmp_path / "other").exists()
 
@@ -251,7 +253,7 @@ def test_a_setting_that_only_one_side_knows_is_a_difference():
 
 def test_a_worker_of_other_code_is_refused():
     setup = Setup(QUICK, QUICK.digest, nacre.__version__, "other", "topic", 1.0)
-    with pytest.raises(NacreError, match="of other code than the run's"):
+    with pytest.raises(NacreError, match="with other code than the run's"):
         work(setup, Task("token", "a.binary", "", None))
 
 
@@ -279,7 +281,7 @@ def test_a_cluster_that_is_not_there_or_goes_away(folder, output, tmp_path):
         with running.workers(1):
             killer = aside(kill)
             begun = time.monotonic()
-            with pytest.raises(NacreError, match="run again to go on"):
+            with pytest.raises(NacreError, match="run again to continue"):
                 fit_library([folder], output, fitting, executor=Cluster(running.address))
             assert time.monotonic() - begun < 60
             killer.join()

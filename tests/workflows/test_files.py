@@ -92,7 +92,7 @@ def test_outputs_are_files_or_folders(tmp_path, monkeypatch):
     for paths, output, words in (
         (["a.binary"], "other", "write other.safetensors for a file or other/ for a folder"),
         (["a.binary", "b.binary"], "b.h5", "must be a folder for several files"),
-        (["x/a.binary", "y/a.binary"], None, "two files would be written to the same name"),
+        (["x/a.binary", "y/a.binary"], None, "two fits would have the same name"),
     ):
         with pytest.raises(FormatError, match=words):
             output_paths(paths, output, ending)

@@ -62,7 +62,7 @@ def test_methods_are_found_by_name_and_slow_ones_on_request() -> None:
         "texture-network-2019",
         "ggx",
     ]
-    with pytest.raises(NacreError, match=r"'magic' is no method \(known: truth, "):
+    with pytest.raises(NacreError, match=r"'magic' is not a method \(known: truth, "):
         find_methods(("magic",), KNOWN)
 
 

@@ -71,7 +71,7 @@ def test_links_folders_and_a_second_process_are_refused(tmp_path: Path) -> None:
     first = open_results(tmp_path / "r.jsonl")
     with (
         first,
-        pytest.raises(NacreError, match="another nacre bench adds to it"),
+        pytest.raises(NacreError, match="another nacre bench is adding to it"),
         open_results(tmp_path / "r.jsonl"),
     ):
         pass

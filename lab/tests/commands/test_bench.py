@@ -27,7 +27,7 @@ def test_results_are_added_to_and_printed_as_a_table(capsys: Any) -> None:
     assert printed.out == (
         "bench-included.jsonl: 3 rows measured, 0 there already, 1 without a result\n"
     )
-    assert "left out: published of rgl:paper_white: is for measured tables" in printed.err
+    assert "left out: published for rgl:paper_white: is for measured tables" in printed.err
     before = Path("bench-included.jsonl").read_text()
     rows = [json.loads(line) for line in before.splitlines()]
     assert [row["method"] for row in rows] == ["truth", "published", "lambert"]
@@ -49,7 +49,7 @@ def test_results_are_added_to_and_printed_as_a_table(capsys: Any) -> None:
         "- `published`: is for measured tables of the RGL database (rgl:paper_white)\n"
     )
     Path("cut.jsonl").write_text(before[:300])
-    assert_refused(capsys, "cut.jsonl: has no whole row", "bench", "--show", "cut.jsonl")
+    assert_refused(capsys, "cut.jsonl: has no complete row", "bench", "--show", "cut.jsonl")
     # A row is measured again by its own command: the figures are the same, times are not.
     words = rows[2]["command"].split()[1:]
     assert run(*words, "-o", "again.jsonl") == 0
@@ -81,9 +81,9 @@ def test_splits_methods_and_measures_are_listed(capsys: Any) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--split", "none"), "'none' is no split (known: included, "),
-        (("--methods", "magic"), "'magic' is no method"),
-        (("--only", "chrome"), "'chrome' is no material of the split included"),
+        (("--split", "none"), "'none' is not a split (known: included, "),
+        (("--methods", "magic"), "'magic' is not a method"),
+        (("--only", "chrome"), "'chrome' is not a material of the split included"),
         (("--split", "rgl"), "rgl: needs acrylic_felt_green_rgb.bsdf; 'nacre download"),
         (("-o", "none/out.jsonl"), "none/out.jsonl: folder none does not exist"),
         (("--show", "none.jsonl"), "none.jsonl: cannot be read"),

@@ -111,7 +111,7 @@ def test_rows_show_what_lies_between_pairs(coded, capsys):
     assert run("reproduce", "fig12", *files, *options) == 0
     printed = capsys.readouterr().out.splitlines()
     assert printed[0] == "out/fig12.png: 4 materials"
-    assert "differs from the paper: codes of the basis given" in printed[1]
+    assert "differs from the paper: codes from the given basis" in printed[1]
     assert (coded / "out" / "fig12.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -133,17 +133,17 @@ def test_reproduce_lists_methods(here, capsys):
         (["fig6"], "Missing argument 'INPUT...'"),
         (["btf-table1", "x", "--minutes", "nan"], "nan is not a finite number"),
         (["fig6", "none.bsdf"], "none.bsdf: cannot be read"),
-        (["fig6", "a.safetensors", "--methods", "ggx,magic"], "'magic' is no method"),
-        (["fig6", "a.safetensors", "--methods", "truth"], "'truth' is no method"),
+        (["fig6", "a.safetensors", "--methods", "ggx,magic"], "'magic' is not a method"),
+        (["fig6", "a.safetensors", "--methods", "truth"], "'truth' is not a method"),
         (["fig6", "a.safetensors", "--published", "none"], "none: is no folder"),
         (["fig6", "a.safetensors", "--environment", "none.exr"], "none.exr"),
         (["fig9", "a.safetensors"], "a.safetensors: is isotropic"),
-        (["fig13", "a.safetensors", "--methods", "cosine,ggx-675"], "'ggx-675' is no method"),
+        (["fig13", "a.safetensors", "--methods", "cosine,ggx-675"], "'ggx-675' is not a method"),
         (["fig16", "a.safetensors", "--epochs", "3"], "--epochs is not for fig16"),
         (["fig13", "a.safetensors", "--basis", "plain.safetensors"], "predicts no lobes"),
         (["fig13", "a.safetensors", "--basis", "none.safetensors"], "cannot be read"),
         (["table2", "a.safetensors", "b.safetensors"], "table2 takes at least 5 materials, got 2"),
-        (["table2", "a.safetensors", "--methods", "ggx"], "'ggx' is no method"),
+        (["table2", "a.safetensors", "--methods", "ggx"], "'ggx' is not a method"),
         (["table2", "a.safetensors", "--basis", "plain.safetensors"], "--basis is not for table2"),
         (
             ["fig11", "a.safetensors", "--basis", "plain.safetensors"],

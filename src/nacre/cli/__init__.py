@@ -1,4 +1,4 @@
-"""The `nacre` command. Each command lives in a module of its own, loaded when it runs."""
+"""The `nacre` command; each subcommand is a module, imported when it runs."""
 
 from __future__ import annotations
 
@@ -12,38 +12,38 @@ import click
 from nacre.cli.command import Group
 from nacre.cli.session import begin
 
-_COMMANDS = {
+COMMANDS = {
     "btf": "Capture, train, decode, synthesize and filter textures (BTFs).",
     "compare": "Compare two materials in numbers and pictures.",
-    "completion": "Print the script that completes commands in a shell.",
+    "completion": "Print a script for completion in a shell.",
     "convert": "Write a material in another format.",
     "demo": "Fit, render and compare one material from start to end.",
     "download": "Download measured materials from a public database.",
     "estimate": "Estimate a material from photographs in known light.",
-    "export": "Write a material as shader code, or for another tool.",
+    "export": "Write a material as shader code or for another tool.",
     "fit": "Fit a neural material to each file, or to all files in a folder.",
     "help": "Show the help of a command.",
     "info": "Show what a file holds, and whether a material is physical.",
-    "latent": "Encode materials as short codes in a basis that they share.",
+    "latent": "Encode materials as short codes in a shared basis.",
     "materials": "List the materials that come with nacre.",
-    "measure": "Plan measurements of few directions, or measure a Mitsuba BSDF virtually.",
+    "measure": "Plan a few measurements, or measure a Mitsuba BSDF virtually.",
     "plot": "Plot the lobes of materials over one another.",
     "render": "Render a preview of a material, or a Mitsuba scene.",
-    "view": "Show materials on a page in a browser.",
+    "view": "Show materials on a web page.",
 }
 
-_LAB = {
-    "bench": "Measure representations of materials by the open benchmark.",
-    "reproduce": "Make a table or figure of either paper from given materials.",
+LAB = {
+    "bench": "Measure representations of materials with the open benchmark.",
+    "reproduce": "Reproduce a table or figure of either paper from given materials.",
 }
 """Commands that the package nacre-lab adds."""
 
 root = Group(
     "nacre",
     package="nacre.cli",
-    commands_help=_COMMANDS,
+    commands_help=COMMANDS,
     entry_points="nacre.commands",
-    elsewhere={name: (about, "nacre-lab") for name, about in _LAB.items()},
+    elsewhere={name: (about, "nacre-lab") for name, about in LAB.items()},
     help="Measured materials as compact neural ones: fit, sample, render, compare.\n\n"
     "A material is a reflectance (BRDF) or a texture (BTF); commands take both.",
     epilog="Run 'nacre help COMMAND' for its options, and 'nacre completion --help' for completion "
@@ -55,8 +55,8 @@ root = Group(
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit.
 
-    0 done, 1 some of several inputs failed, 2 wrong input or usage, 130 interrupted by Ctrl-C, 143
-    by SIGTERM.
+    The exit code is 0 after success, 1 if some of several inputs failed, 2 for wrong input or
+    usage, 130 after Ctrl-C and 143 after SIGTERM.
     """
     from nacre.errors import NacreError, is_shortage
     from nacre.runtime.interrupts import Terminated, terminable
@@ -72,7 +72,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         _stop(f"{error.format_message()} (see {command} --help)", error)
     except (NacreError, click.ClickException) as error:
         _stop(str(error), error)
-    except FileExistsError as error:  # of a folder that is to be made
+    except FileExistsError as error:  # a file stands where a folder should be made
         _stop(f"{error.filename}: is a file, expected a folder; name another one", error)
     except (MemoryError, ImportError, OSError) as error:
         if is_shortage(error):

@@ -1,4 +1,4 @@
-"""Commands and groups: the options that all share, lazy loading, help, suggestions."""
+"""Commands and groups: shared options, lazy loading, help, suggestions."""
 
 from __future__ import annotations
 
@@ -17,8 +17,6 @@ from nacre.registry import Registry
 
 
 def _flag(name: str, *names: str, about: str) -> click.Option:
-    """A flag that sets an attribute of the session."""
-
     def callback(_context: click.Context, _parameter: click.Parameter, value: bool) -> None:
         if value:
             setattr(session(), name, True)
@@ -33,10 +31,9 @@ def _print_version(context: click.Context, _parameter: click.Parameter, value: b
 
 
 def _shared() -> list[click.Parameter]:
-    """Options of every command and group."""
     return [
         _flag("quiet", "-q", "--quiet", about="Print no progress and no notes."),
-        _flag("verbose", "-v", "--verbose", about="Print timings, paths and causes of errors."),
+        _flag("verbose", "-v", "--verbose", about="Print timings, paths and the causes of errors."),
         click.Option(
             ("-V", "--version"),
             is_flag=True,
@@ -49,14 +46,13 @@ def _shared() -> list[click.Parameter]:
 
 
 def _help_alone() -> None:
-    """Print the help of a group that is given no command."""
     context = click.get_current_context()
     if context.invoked_subcommand is None:
         click.echo(context.get_help())
 
 
 class Command(click.Command):
-    """A command with the options that all share; --force if it writes, --json if it reports."""
+    """A command with the shared options, --force if it writes and --json if it reports."""
 
     def __init__(self, *, writes: bool = False, reports: bool = False, **settings: Any) -> None:
         super().__init__(**settings)
@@ -69,8 +65,8 @@ class Command(click.Command):
         self.params.extend(_shared())
 
     def invoke(self, ctx: click.Context) -> Any:
-        """See click; shows progress meanwhile."""
-        from nacre.cli.progress import Display
+        """See click; shows progress while the command runs."""
+        from nacre.cli.display import Display
         from nacre.cli.report import detail, status
 
         now, began = session(), time.monotonic()
@@ -84,18 +80,18 @@ class Command(click.Command):
 
 
 class Group(click.Group):
-    """A group whose commands are imported when they run: help must come at once.
+    """A group whose commands are imported only when they run, so that help appears at once.
 
     Parameters
     ----------
     package
-        Has a module for each built-in command, named like it, with the command as `command`.
+        Has a module named after each built-in command, with the command as `command`.
     commands_help
-        Built-in commands, and what the list says about each.
+        Built-in commands with their texts in the list.
     entry_points
-        Group of the entry points by which other packages add commands.
+        Group of entry points through which other packages add commands.
     elsewhere
-        Commands of other packages of ours: what the list says, and the package to install.
+        Commands of our other packages: the text in the list, and the package to install.
     """
 
     def __init__(
@@ -132,7 +128,7 @@ class Group(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """See click; for an unknown command, names the package to install or the nearest ones."""
+        """See click; for an unknown command, name the package to install or similar commands."""
         if args and not args[0].startswith("-") and args[0] not in self._commands:
             if args[0] in self._elsewhere:
                 package = self._elsewhere[args[0]][1]
@@ -147,7 +143,7 @@ class Group(click.Group):
             formatter.write_dl([(name, self._about(name)) for name in self.list_commands(ctx)])
 
     def _about(self, name: str) -> str:
-        """What the list says about a command; one of another package is loaded for it."""
+        """Text in the list; a command from another package is loaded for it."""
         if name in self._help:
             return self._help[name]
         try:
@@ -161,14 +157,8 @@ def command(
 ) -> Callable[[Callable[..., Any]], Command]:
     """Make a function a :class:`Command`.
 
-    Parameters
-    ----------
-    name
-        What it is called.
-    rows
-        Arguments and options in the order of the help. A text is the help of the option before it.
-    writes, reports
-        See :class:`Command`.
+    `rows` are arguments and options in the order of the help; a text is the help of the option
+    before it.
     """
     parameters: list[click.Parameter] = []
     for row in rows:

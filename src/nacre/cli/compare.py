@@ -1,5 +1,3 @@
-"""`nacre compare`."""
-
 from __future__ import annotations
 
 from dataclasses import replace
@@ -13,8 +11,7 @@ from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.kinds import NAMES, kind_of
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import keyed, print_facts, print_table, report
+from nacre.cli.report import keyed, print_facts, print_table, progress, report
 from nacre.errors import FormatError
 
 
@@ -28,24 +25,23 @@ from nacre.errors import FormatError
     option("--size", IntRange(16, 2048), applies="brdf", default=128),
     "Width and height of each picture in pixels.",
     option("--pairs", IntRange(1), applies="btf", shown="all"),
-    "Random pairs of directions to compare.",
+    "Number of random pairs of directions to compare.",
     options.seed_option(applies="btf"),
     options.pixels_option(applies="btf"),
 )
 def command(reference: Path, other: Path, output: Path | None, **chosen: Any) -> None:
-    """Compare OTHER with the REFERENCE: error figures, and a picture of both and their difference.
+    """Compare OTHER with REFERENCE: error figures, and a picture of both and their difference.
 
-    Reflectances are compared on rendered spheres and over pairs of directions. Textures are
-    compared at the same pairs of directions; an encoded one as OTHER is decoded at those of the
-    reference.
+    Reflectances are compared on rendered spheres and over pairs of directions. Textures must have
+    the same pairs of directions; an encoded OTHER is decoded at those of the reference.
     """
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path
 
     kinds = kind_of(reference), kind_of(other)
     if kinds[0] != kinds[1]:
         raise FormatError(
-            f"{other}: is {NAMES[kinds[1]]}, and {reference} {NAMES[kinds[0]]}; nacre btf average "
-            "makes a reflectance of a texture, nacre btf tile a texture of a reflectance"
+            f"{other}: is {NAMES[kinds[1]]}, but {reference} is {NAMES[kinds[0]]}; nacre btf "
+            "average turns a texture into a reflectance, nacre btf tile does the reverse"
         )
     output = output or Path(f"{other.stem}_compared.png")
     check_image_path(output, DISPLAY_IMAGES)

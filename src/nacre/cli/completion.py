@@ -1,5 +1,3 @@
-"""`nacre completion`."""
-
 from __future__ import annotations
 
 import click
@@ -17,16 +15,16 @@ from nacre.errors import NacreError
 )
 @click.pass_context
 def command(context: click.Context, shell: str) -> None:
-    """Print the script that completes commands, options, files and materials in a shell.
+    """Print a script that completes commands, options, files and materials in a shell.
 
     \b
     bash, in ~/.bashrc:  eval "$(nacre completion bash)"
     zsh, in ~/.zshrc:    eval "$(nacre completion zsh)"
     fish:                nacre completion fish > ~/.config/fish/completions/nacre.fish
 
-    Names of materials, like rgl:paper_white, are completed behind their colon; in bash only if it
-    breaks no word: COMP_WORDBREAKS=${COMP_WORDBREAKS//:}.
-    """  # noqa: D301, click's mark of a paragraph that stays as it is is a control character
+    Names of materials such as rgl:paper_white are completed after their colon; in bash only if
+    the colon does not break words: COMP_WORDBREAKS=${COMP_WORDBREAKS//:}.
+    """  # noqa: D301, click marks a paragraph to keep as it is with a control character
     kind = get_completion_class(shell)
     assert kind is not None  # click knows all three
     try:

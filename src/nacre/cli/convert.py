@@ -1,5 +1,3 @@
-"""`nacre convert`."""
-
 from __future__ import annotations
 
 from dataclasses import asdict
@@ -12,34 +10,33 @@ from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.kinds import check_pixels, kind_of
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import note, report_file, say
+from nacre.cli.report import note, progress, report_file, say
 from nacre.errors import FormatError, MissingExtraError
 
 if TYPE_CHECKING:
     from nacre.brdf import Brdf
     from nacre.measured.textures.image_folder import Quantity
 
-_PAIRS = 1 << 14  # at which a table is compared with what it was made of
+_PAIRS = 1 << 14  # of directions, at which a table is compared with its source
 
 
 @make(
     "convert",
     options.argument("source", metavar="INPUT"),
-    options.output_option("File to write, in the format that its name ends in."),
-    option("--material", applies="brdf", help="Name of the material, for a file of several."),
+    options.output_option("File to write; its ending chooses the format."),
+    option("--material", applies="brdf", help="Name of the material in a file that holds several."),
     options.resolution_option(applies="brdf"),
     option(
         "--physical",
         is_flag=True,
         applies="brdf",
-        help="Make it reciprocal, and darken views at which it would reflect more light than it "
-        "gets; says what that changes.",
+        help="Make it reciprocal, darken views that would reflect more light than they receive, "
+        "and report the change.",
     ),
-    options.precision_option(applies="btf", shown="that of the input, else half"),
-    "Precision of the values of an .npz.",
+    options.precision_option(applies="btf", shown="the input's, else half"),
+    "Precision of the values in an .npz file.",
     option("--components", IntRange(1), applies="btf", metavar="K"),
-    "Components of each channel in a factored file (.btf).",
+    "Components per channel in a factored file (.btf).",
     options.pixels_option(applies="btf"),
 )
 def command(
@@ -54,11 +51,11 @@ def command(
 ) -> None:
     """Write a material in another format.
 
-    Any reflectance becomes an RGL, UTIA or Radiance table (.bsdf; .bin, .exr; .xml) or samples
-    (.csv), any isotropic one a MERL, MDL, Zemax, Speos or OpenMATERIAL 3D table (.binary, .npz;
-    .mbsdf; .zemax.bsdf; .brdf; .xompt). Neural and analytic formats take neural and analytic
-    materials only: nacre fit makes one of a table. A texture becomes an archive (.npz) or a
-    factored file (.btf); it may be a file, a folder of images or a list of photographs (.csv).
+    Any reflectance can become an RGL, UTIA or Radiance table (.bsdf; .bin, .exr; .xml) or samples
+    (.csv), an isotropic one also a MERL, MDL, Zemax, Speos or OpenMATERIAL 3D table (.binary, .npz;
+    .mbsdf; .zemax.bsdf; .brdf; .xompt). Neural and analytic formats accept only neural and analytic
+    materials: use nacre fit for a table. A texture (a file, a folder of images or a list of
+    photographs) becomes an archive (.npz) or a factored file (.btf).
     """
     if kind_of(source) == "brdf":
         _reflectance(source, output, material, resolution, physical)
@@ -85,7 +82,7 @@ def _reflectance(
     from nacre.formats import check_target, load_brdf, loses_bands, target, writer
 
     if physical and target(output).holds:
-        raise FormatError(f"{output}: nacre fit --physical makes physical networks, of tables too")
+        raise FormatError(f"{output}: for a physical network, use nacre fit --physical")
     write = writer(output, resolution)
     options.check_outputs([output], [source])
     report = progress(output.stem, "reading")
@@ -104,14 +101,14 @@ def _reflectance(
         facts = _table_errors(brdf, output)
     if (physical and brdf.wavelengths is not None) or loses_bands(brdf, output, bool(resolution)):
         kept = "_spec.bsdf and .csv keep them"
-        note(f"{output}: holds the color of {source}, not its wavelengths; {kept}")
+        note(f"{output}: holds the color of {source} but not its wavelengths; {kept}")
     median = facts.get("table_error_median")
     text = "" if median is None else f"f_r within {100.0 * median:.2g} % in the median"
     report_file(output, text, kind="brdf", **facts)
 
 
 def _table_errors(brdf: Brdf, output: Path) -> dict[str, Any]:
-    """What a table of a resolution that may be chosen has lost; empty where nothing."""
+    """What a table has lost by its resolution; empty for other formats."""
     from nacre.formats import load_brdf, target
     from nacre.metrics.metrics import angular_errors
 
@@ -119,6 +116,6 @@ def _table_errors(brdf: Brdf, output: Path) -> dict[str, Any]:
         return {}
     try:
         found = angular_errors(brdf, load_brdf(output), _PAIRS)
-    except MissingExtraError:  # reading takes a library that writing does without
+    except MissingExtraError:  # reading needs a library that writing does not
         return {}
     return {"table_error_median": found.relative_median} if found.rmse_cosine > 0.0 else {}

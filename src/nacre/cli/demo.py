@@ -1,5 +1,3 @@
-"""`nacre demo`."""
-
 from __future__ import annotations
 
 import dataclasses
@@ -13,9 +11,9 @@ from click import IntRange
 from nacre.brdf import Brdf
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.display import Line
 from nacre.cli.options import option
-from nacre.cli.progress import Line, progress
-from nacre.cli.report import print_facts, print_table, say
+from nacre.cli.report import print_facts, print_table, progress, say
 from nacre.errors import FormatError
 
 _MATERIAL = {
@@ -27,7 +25,7 @@ _MATERIAL = {
     "clearcoat": 0.8,
     "clearcoat_gloss": 0.85,
 }
-"""A copper-colored car paint under clear coat."""
+"""A copper-colored car paint under a clear coat."""
 
 
 @make(
@@ -40,10 +38,10 @@ _MATERIAL = {
     reports=False,
 )
 def command(source: Path | None, output: Path, preset: str, spp: int) -> None:
-    """Measure, fit, save, render and compare one material; look at the picture at the end.
+    """Measure, fit, save, render and compare one material.
 
-    The material is INPUT, or the file that NACRE_DATA names (in a folder: the first RGL table), or
-    a virtual measurement of a Mitsuba material, tabulated as a MERL file.
+    The material is INPUT, or the file that NACRE_DATA names (in a folder, the first RGL table), or
+    a virtual measurement of a Mitsuba material, saved as a MERL file.
     """
     from nacre.figures import picture
     from nacre.formats import load_brdf, save
@@ -78,7 +76,7 @@ def command(source: Path | None, output: Path, preset: str, spp: int) -> None:
 
 
 def _from_environment() -> Path | None:
-    """The file that NACRE_DATA names, or the first RGL table of its folder."""
+    """The file that NACRE_DATA names, or the first RGL table in that folder."""
     named = os.environ.get("NACRE_DATA")
     if not named:
         return None
@@ -92,7 +90,6 @@ def _from_environment() -> Path | None:
 
 
 def _view(brdf: Brdf, spp: int, report: Line) -> npt.NDArray[np.float32]:
-    """A path-traced preview."""
     from nacre.render.preview import render_preview
 
     show = report.parts(f"rendering {type(brdf).__name__}", spp)

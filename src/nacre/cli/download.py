@@ -1,5 +1,3 @@
-"""`nacre download`."""
-
 from __future__ import annotations
 
 import sys
@@ -11,9 +9,17 @@ import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.display import Line
 from nacre.cli.options import option
-from nacre.cli.progress import Line, hidden_progress, progress
-from nacre.cli.report import aside, print_facts, print_json, report_parts, say
+from nacre.cli.report import (
+    aside,
+    hidden_progress,
+    print_facts,
+    print_json,
+    progress,
+    report_parts,
+    say,
+)
 from nacre.errors import NacreError
 
 
@@ -24,8 +30,8 @@ from nacre.errors import NacreError
     options.output_option("Folder to write to.", required=False, shown="the cache"),
     option("--all everything", is_flag=True, help="Download all materials."),
     option("--mirror", metavar="URL", shown="NACRE_MIRROR"),
-    "Server that has DATABASE/FILE.",
-    option("--accept-terms", is_flag=True, help="Accept the terms of use without a question."),
+    "Server that offers DATABASE/FILE.",
+    option("--accept-terms", is_flag=True, help="Accept the terms of use without being asked."),
 )
 def command(
     database: str | None,
@@ -37,9 +43,9 @@ def command(
 ) -> None:
     """Download measured materials from a public database, and print where they are.
 
-    Without MATERIALS, list them; without DATABASE, list the databases. MATERIALS may have wildcards
-    in quotes: 'gold-*'. A download that broke off continues where it was. Files are kept in the
-    platform's cache folder, or in NACRE_CACHE.
+    Without MATERIALS, list them; without DATABASE, list the databases. MATERIALS may be patterns
+    in quotes, such as 'gold-*'. Interrupted downloads resume. Files are kept in the platform's
+    cache folder or in NACRE_CACHE.
     """
     from nacre.download import databases, fetch, find
 
@@ -68,7 +74,7 @@ def command(
                 return True
             if not sys.stdin.isatty():
                 raise click.UsageError(
-                    f"{source.name}: read the terms of use above; --accept-terms accepts them"
+                    f"{source.name}: read the terms of use above; add --accept-terms to accept them"
                 )
             return click.confirm("Do you accept these terms?", err=True)
 

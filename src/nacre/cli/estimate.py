@@ -1,5 +1,3 @@
-"""`nacre estimate`."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -9,12 +7,11 @@ import click
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import keyed, note, report_file
+from nacre.cli.report import keyed, note, progress, report_file
 from nacre.errors import FormatError
 
 DOUBTFUL = 0.2
-"""Differences of logarithms of pixels, in the median, from which on the scene is likely wrong."""
+"""Median difference of the logarithms of pixels above which the scene is probably wrong."""
 
 
 @make(
@@ -22,15 +19,15 @@ DOUBTFUL = 0.2
     options.inputs_argument("photographs", "PHOTOGRAPH..."),
     options.output_option("Network (.safetensors) or code (.json) to write."),
     option("--scene", options.INPUT, metavar="FILE"),
-    "Mitsuba scene (.xml) that was photographed, with a camera for each photograph, or one.",
+    "Mitsuba scene (.xml) that was photographed, with one camera or one for each photograph.",
     option("--bsdf name", metavar="ID"),
-    "BSDF of the scene to estimate.",
+    "BSDF in the scene to estimate.",
     option("--geometry", ["sphere"]),
-    "In place of a scene: a sphere seen from afar that leaves 3 % of the picture free all around.",
+    "Object to use instead of a scene: a distant sphere with a margin of 3 % of the picture.",
     options.environment_option(shown=None),
-    "Light on the geometry: a latitude-longitude map (.exr, .hdr).",
+    "Latitude-longitude map (.exr, .hdr) that lights the object.",
     option("--camera", ["known", "exposure", "white-balance"], default="known"),
-    "Known of the cameras: all; not how long each exposed; nor its factors of red, green and blue.",
+    "Calibration of the cameras: known; unknown exposure; or unknown exposure and white balance.",
     options.basis_option(),
     options.seed_option(),
 )
@@ -47,8 +44,8 @@ def command(
 ) -> None:
     """Estimate an isotropic material from one to eight photographs in known light.
 
-    PHOTOGRAPHs are OpenEXR pictures of linear values, in the unit of the light. The same command
-    goes on where it was stopped.
+    PHOTOGRAPHs are OpenEXR pictures with linear values, in the same unit as the light. Run the same
+    command again to resume a stopped estimate.
     """
     from nacre.io.files import remove_file
     from nacre.latent import find_basis, save_code
@@ -58,7 +55,7 @@ def command(
     if output.suffix.lower() not in (".safetensors", ".json"):
         raise FormatError(f"{output}: an estimate is a .safetensors or a .json file")
     if (scene is None) == (geometry is None):
-        raise click.UsageError("say what was photographed: --scene, or --geometry")
+        raise click.UsageError("say what was photographed, with --scene or --geometry")
     if scene is not None and (name is None or environment is not None):
         raise click.UsageError("--scene needs --bsdf, and has its own light")
     if geometry is not None and (environment is None or name is not None):

@@ -10,9 +10,19 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from nacre.cli import options
+from nacre.cli.display import Line
 from nacre.cli.kinds import check_pixels, expect
-from nacre.cli.progress import Line, progress
-from nacre.cli.report import aside, fail, json_key, note, report, report_facts, report_parts, say
+from nacre.cli.report import (
+    aside,
+    fail,
+    json_key,
+    note,
+    progress,
+    report,
+    report_facts,
+    report_parts,
+    say,
+)
 from nacre.cli.session import session
 from nacre.errors import printable
 from nacre.runtime.progress import Progress
@@ -23,18 +33,18 @@ if TYPE_CHECKING:
 
 _RECIPE = ("inputs", "hidden", "precision", "samples", "seed", "gain", "sampling", "physical")
 _SHOWN = 5
-"""Files that are named of a list that may be long."""
+"""Most files named from a list that may be long."""
 
 
 class RunWatcher(Watcher):
-    """Shows how a run goes on: one line on the whole, by its title, one on each fit in work."""
+    """Shows the progress of a run: one line for the whole, and one for each fit in work."""
 
     def __init__(self, title: str) -> None:
         self._lock = threading.Lock()
         self._lines: dict[str, Line] = {}
         self._whole = progress(title)
         self._total = self._done = self._failed = 0
-        self._whole("looking for what has changed", 0, 0)
+        self._whole("looking for changes", 0, 0)
 
     def dashboard(self, link: str) -> None:
         aside(f"dashboard: {link}")
@@ -59,21 +69,23 @@ class RunWatcher(Watcher):
             self._update()
 
     def _update(self) -> None:
-        if self._total == 1:  # the line of the material says it all
+        if self._total == 1:  # the line of the material suffices
             self._whole.end()
         counts = f"{len(self._lines)} running, {self._failed} failed"
         self._whole("fitted", self._done + self._failed, self._total, counts)
 
 
 def fit_reflectances(paths: Sequence[Path], output: str | None, chosen: Mapping[str, Any]) -> None:
-    """Fit files, or all that is in folders; exit with 1 if some failed, with 2 if all did."""
+    """Fit files, or all files in folders; exit with 1 if some failed, with 2 if all did."""
     from nacre.workflows import fit_files, output_paths
 
     folders = any(path.is_dir() for path in paths)
     ending = _fitting(chosen).ending
     if output == "-":
         if ending != ".json" or len(paths) > 1 or folders:
-            raise click.BadParameter("-o -: standard output takes one analytic model; name a file")
+            raise click.BadParameter(
+                "-o -: only one analytic model fits standard output; name a file"
+            )
         output = str(session().to_stdout(ending))
     if folders:
         _fit_folders(paths, Path(output or "."), chosen)
@@ -94,13 +106,12 @@ def fit_reflectances(paths: Sequence[Path], output: str | None, chosen: Mapping[
 
 
 def note_inputs(fitting: Fitting, output: Path) -> None:
-    """Say that a network has the inputs that its file needs, where nobody chose them."""
+    """Note that the file format determined the inputs of a network."""
     if fitting.settings.get("inputs") == "paper":
-        note(f"{output}: fitted with the paper's inputs, as {output.suffix} files need them")
+        note(f"{output}: fitted with the paper's inputs, which {output.suffix} files need")
 
 
 def _fitting(chosen: Mapping[str, Any], ending: str = "") -> Fitting:
-    """What the options ask for."""
     from nacre.analytic import MODELS
     from nacre.neural import Recipe
     from nacre.workflows import AnalyticFitting, NetworkFitting
@@ -120,34 +131,34 @@ def _fitting(chosen: Mapping[str, Any], ending: str = "") -> Fitting:
         settings = {key: value for key, value in settings.items() if value is not None}
         return AnalyticFitting(MODELS[name], settings, **given)
     if chosen["max_bytes"] is not None and options.is_given("hidden"):
-        raise click.UsageError("--max-bytes and --hidden exclude one another")
+        raise click.UsageError("--max-bytes and --hidden exclude each other")
     if chosen["physical"] and options.is_given("inputs"):
-        raise click.UsageError("--physical has inputs of its own; leave out --inputs")
+        raise click.UsageError("--physical has its own inputs; leave out --inputs")
     settings = {name: chosen[name] for name in _RECIPE}
     if chosen["epochs"] is not None:
         settings["epochs"] = chosen["epochs"]
     recipe = Recipe.preset(chosen["preset"], size=chosen["max_bytes"], **settings)
     few: dict[str, Any] = {name: chosen[name] for name in ("prior", "free_scale")}
     if few["free_scale"] and not few["prior"]:
-        raise click.UsageError("--free-scale belongs to the prior; leave out --no-prior")
+        raise click.UsageError("--free-scale needs the prior; leave out --no-prior")
     return NetworkFitting(recipe, chosen["device"], **given, **few)
 
 
 def _executor(chosen: Mapping[str, Any]) -> Executor | None:
-    """What carries out the fits, if not what usually does."""
+    """What carries out the fits, or None for the usual executor."""
     from nacre.workflows import Cluster, Threads
     from nacre.workflows.cluster import LOCAL
 
     scheduler, jobs, data = chosen["scheduler"], chosen["jobs"], chosen["data"]
     if scheduler is None:
         if data != "auto":
-            raise click.BadParameter("--data is for a cluster; name its --scheduler")
-        # On a device materials train together, unless they are asked to come so many at a time.
+            raise click.BadParameter("--data is for a cluster; add its --scheduler")
+        # On a device, materials train together unless --jobs limits them.
         return Threads(jobs) if jobs else None
     if scheduler != LOCAL and "://" not in scheduler:
         raise click.BadParameter(f"{scheduler!r} is neither {LOCAL} nor like tcp://host:8786")
     if scheduler != LOCAL and jobs:
-        raise click.BadParameter("--jobs is for this machine; a cluster runs one fit a thread")
+        raise click.BadParameter("--jobs is for this machine; a cluster runs one fit per thread")
     return Cluster(scheduler, data=data, workers=jobs)
 
 
@@ -157,7 +168,7 @@ def _fit_folders(paths: Sequence[Path], output: Path, chosen: Mapping[str, Any])
 
     endings = {ending for entry in formats() for ending in entry.extensions}
     if output.suffix.lower() in endings and not output.is_dir():
-        raise click.BadParameter(f"{output} must be a folder, for the fits to a folder")
+        raise click.BadParameter(f"{output}: must be a folder, since the input is one")
     fitting, executor = _fitting(chosen), _executor(chosen)
     outcome = fit_library(paths, output, fitting, executor=executor, watcher=RunWatcher("fit"))
     words = ("fitted", "unchanged", "failed")
@@ -177,7 +188,6 @@ def _fit_folders(paths: Sequence[Path], output: Path, chosen: Mapping[str, Any])
 
 
 def _recorded(record: Record) -> dict[str, Any]:
-    """What is reported of a material of a folder."""
     if record.error is not None:
         return {"file": record.source, "error": record.error}
     facts = {"file": record.source, "output": record.output, "seconds": record.seconds}
@@ -185,7 +195,6 @@ def _recorded(record: Record) -> dict[str, Any]:
 
 
 def _facts(file: FittedFile) -> dict[str, Any]:
-    """What is reported of a file."""
     if (error := file.fit.error) is not None:
         own = error.startswith(f"{file.output}: ")
         return {"file": str(file.source), "error": error if own else f"{file.source}: {error}"}
@@ -199,13 +208,12 @@ def _facts(file: FittedFile) -> dict[str, Any]:
 
 
 def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> None:
-    """Encode a texture."""
     from nacre.metrics.texture_errors import UNITS
     from nacre.textures.codecs.codec_file import codec_path
     from nacre.workflows import encode_texture, output_paths
 
     if output == "-":
-        raise click.BadParameter("-o -: standard output takes no binary file; name a file")
+        raise click.BadParameter("-o -: binary files cannot go to standard output; name a file")
     codec, directions = chosen["codec"], chosen["directions"]
     (target,) = output_paths([source], output, ".safetensors")
     state = target.with_name(f"{target.name}.state")
@@ -214,7 +222,7 @@ def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> 
     if directions is None:
         check_pixels(source, chosen["pixels"])
     elif not source.is_dir():
-        raise click.BadParameter("--directions is for a folder of images; leave it out")
+        raise click.BadParameter("--directions is for folders of images; leave it out")
     if codec is not None:
         expect(codec, "a texture codec")
     line = progress(target.stem, "reading")

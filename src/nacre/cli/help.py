@@ -1,5 +1,3 @@
-"""`nacre help`."""
-
 from __future__ import annotations
 
 import click
@@ -12,7 +10,7 @@ from nacre.cli.command import command as make
 )
 @click.pass_context
 def command(context: click.Context, names: tuple[str, ...]) -> None:
-    """Show the help of a command: nacre help btf capture."""
+    """Show the help of a command, for example nacre help btf capture."""
     at = context.find_root()
     found: click.Command = at.command
     for name in names:

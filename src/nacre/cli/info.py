@@ -1,5 +1,3 @@
-"""`nacre info`."""
-
 from __future__ import annotations
 
 from contextlib import suppress
@@ -11,8 +9,7 @@ from nacre.cli.command import command as make
 from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
 from nacre.cli.plot import check_count, name_apart
-from nacre.cli.progress import progress
-from nacre.cli.report import keyed, print_facts, report_parts
+from nacre.cli.report import keyed, print_facts, progress, report_parts
 from nacre.errors import FormatError, NacreError
 
 if TYPE_CHECKING:
@@ -24,7 +21,7 @@ if TYPE_CHECKING:
     "info",
     options.inputs_argument(),
     option("--physics/--no-physics", applies="brdf", default=True),
-    "Integrate energy, reciprocity and anisotropy.",
+    "Compute energy, reciprocity and anisotropy.",
     option("--plot", options.OUTPUT),
     "Also plot the lobes of all reflectances (.png, .svg, .pdf).",
     options.pixels_option(applies="btf"),
@@ -34,9 +31,8 @@ def command(
 ) -> None:
     """Show what each INPUT holds, and whether a reflectance is physical.
 
-    INPUT is a measured, analytic or neural reflectance, a texture (a file, a folder of images or a
-    list of photographs), or another file of nacre: a code, a latent basis, a texture codec or a map
-    of texels.
+    INPUT is a reflectance, a texture (a file, a folder of images or a list of photographs), or
+    another file that nacre writes: a code, a latent basis, a texture codec or a map of texels.
     """
     from nacre.workflows import inspect
 
@@ -51,8 +47,8 @@ def command(
     line = progress("info")
     for index, path in enumerate(paths):
         line("reading", index, len(paths), path.name)
-        if len(paths) == 1:  # of several, an option is for those that it is for
-            with suppress(FormatError):  # of other files than materials
+        if len(paths) == 1:  # with several, an option concerns only those of its kind
+            with suppress(FormatError):  # not a material
                 kind_of(path)
         try:
             found = inspect(path, physics=physics, pixels=pixels)

@@ -1,4 +1,4 @@
-"""Materials that commands are given: what a file is, and what takes other kinds."""
+"""What kind of material a file is, and which commands take other kinds."""
 
 from __future__ import annotations
 
@@ -15,22 +15,20 @@ Kind: TypeAlias = Literal["a texture", "an encoded texture", "a texture codec"]
 NAMES = {"brdf": "a reflectance", "btf": "a texture"}
 _TAKEN_BY: dict[Kind, str] = {
     "a texture": "nacre fit encodes it, nacre btf train trains a codec on several",
-    "an encoded texture": "nacre btf decode and all commands on textures take it",
+    "an encoded texture": "nacre btf decode and all commands for textures take it",
     "a texture codec": "nacre fit --codec takes it",
 }
 
 
 def kind_of(path: Path, *, refusing: bool = True) -> Literal["brdf", "btf"]:
-    """Whether a path is a reflectance or a texture; an encoded texture of one texel is the former.
-
-    Options on the command line that are for the other kind are refused, unless `refusing` is false.
+    """Whether a path is a reflectance or a texture; an encoded texel counts as a reflectance.
 
     Raises
     ------
     UsageError
-        If there is such an option.
+        If an option for the other kind is given, unless `refusing` is false.
     FormatError
-        If it is neither, or there is such an option and it cannot be read.
+        If it is neither, or such an option is given and the file cannot be read.
     """
     from nacre.formats import identify, load_brdf, load_btf
 
@@ -42,34 +40,23 @@ def kind_of(path: Path, *, refusing: bool = True) -> Literal["brdf", "btf"]:
         try:
             refuse(("brdf", "network") if kind == "btf" else ("btf",), f"{path} is {NAMES[kind]}")
         except UsageError:
-            load_btf(path) if kind == "btf" else load_brdf(path)  # what is damaged is said first
+            load_btf(path) if kind == "btf" else load_brdf(path)  # report a damaged file first
             raise
     return kind
 
 
 def check_pixels(path: Path, pixels: str | None) -> None:
-    """Refuse --pixels for a texture whose file says what its values are.
-
-    Raises
-    ------
-    FormatError
-        If it is no folder of images and no list of photographs.
-    """
+    """Raise a FormatError if --pixels is given for a texture whose file defines its values."""
     from nacre.formats import identify
 
     if pixels is not None and identify(path).claims_folder is None:
-        raise FormatError(f"{path}: says what its values are; --pixels is for folders of images")
+        raise FormatError(f"{path}: defines its values itself; --pixels is for folders of images")
 
 
 def expect(path: Path, *wanted: Kind) -> None:
-    """Refuse a file that is plainly of another kind, and say which commands take it.
+    """Raise a FormatError if a file is clearly of another kind, naming the commands that take it.
 
-    What is damaged, absent or of no known kind is left to its reader.
-
-    Raises
-    ------
-    FormatError
-        If it is of none that are wanted.
+    Damaged, absent and unknown files are left to the reader.
     """
     from nacre.formats import describe_kind, is_btf
     from nacre.io.tensors import has_header

@@ -1,5 +1,3 @@
-"""`nacre materials`."""
-
 from __future__ import annotations
 
 from nacre.cli import options
@@ -10,12 +8,12 @@ from nacre.errors import NacreError
 
 @make("materials", options.argument("words", None, nargs=-1, metavar="WORD..."), writes=False)
 def command(words: tuple[str, ...]) -> None:
-    """List the materials that come with nacre: what all commands take in place of a file.
+    """List the materials that come with nacre, whose names all commands take in place of a file.
 
-    With WORDs, those whose name or title has all of them: 'rgl:' for a family, 'gold' for a word.
-    The error is the PSNR of rendered spheres to the measurement, in an environment and in
-    directional light; of textures that of all reflectance factors. It is unknown where we could not
-    compare with the measurement. 'nacre info NAME' shows the source and the terms of one.
+    With WORDs, list those whose name or title has all of them, such as 'rgl:' or 'gold'. The error
+    is the PSNR of rendered spheres against the measurement, in an environment and in directional
+    light, and for textures of all reflectance factors; it is unknown where we could not compare.
+    'nacre info NAME' shows a material's source and terms.
     """
     from nacre.included import materials
 

@@ -1,4 +1,4 @@
-"""The grammar in one place: types of arguments, and options that several commands share."""
+"""The command grammar: types of arguments, and options that several commands share."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ else:
     ParamType = click.ParamType
 
 SEED = click.IntRange(0, (1 << 32) - 1)
-"""Seeds; of the libraries that draw numbers, some take 32 bits."""
+"""Some of the libraries that draw random numbers take 32 bits only."""
 
 
 class FiniteRange(click.FloatRange):
-    """Finite numbers in a range: to click "nan" lies within all, "inf" in open ones."""
+    """Finite numbers in a range; click lets "nan" pass everywhere, and "inf" in open ranges."""
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -38,15 +38,11 @@ class FiniteRange(click.FloatRange):
 
 
 def positive(most: float | None = None) -> FiniteRange:
-    """Numbers above 0."""
     return FiniteRange(0.0, most, min_open=True)
 
 
 class _Input(click.Path):
-    """A file or folder to read, which the command checks itself; - is standard input.
-
-    A name like rgl:paper_white is the file of a material that comes with nacre.
-    """
+    """A file or folder to read, the name of an included material, or - for standard input."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if value == "-":
@@ -56,7 +52,7 @@ class _Input(click.Path):
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
-        """See click; once there is a colon, names of materials that come with nacre."""
+        """See click; after a colon, complete the names of included materials."""
         found = [
             name for name in included_names() if ":" in incomplete and name.startswith(incomplete)
         ]
@@ -64,7 +60,7 @@ class _Input(click.Path):
 
 
 class _Codec(_Input):
-    """A file of a texture codec, or one that is included by its name."""
+    """A codec file, or the name of an included codec."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         from nacre.textures.codecs.codec_file import PRETRAINED
@@ -73,11 +69,7 @@ class _Codec(_Input):
 
 
 class _Output(click.Path):
-    """A file to write, which the command checks itself.
-
-    `text` is the ending of what - stands for, standard output, where text is written; else - is
-    refused.
-    """
+    """A file to write; - is standard output if the command writes text, with the ending `text`."""
 
     def __init__(self, text: str = "") -> None:
         super().__init__(path_type=Path)
@@ -87,12 +79,12 @@ class _Output(click.Path):
         if value != "-":
             return super().convert(value, param, ctx)
         if not self._text:
-            self.fail("-: standard output takes no binary file; name a file", param, ctx)
+            self.fail("-: binary files cannot go to standard output; name a file", param, ctx)
         return session().to_stdout(self._text)
 
 
 class Parsed(ParamType):
-    """Text that a function makes a value of; its ValueError says what was expected."""
+    """Text that a function parses; its ValueError says what was expected."""
 
     def __init__(self, name: str, parse: Callable[[str], Any]) -> None:
         self.name, self._parse = name, parse
@@ -105,7 +97,7 @@ class Parsed(ParamType):
 
 
 def _texels(text: str) -> tuple[int, int]:
-    """Width and height in texels, like 64x48; a lone number is both."""
+    """Width and height in texels, such as 64x48; a single number stands for both."""
     parts = text.lower().split("x")
     if len(parts) > 2 or not all(p.isascii() and p.isdigit() and len(p) < 6 for p in parts):
         raise ValueError(f"{text!r}: expected a width and a height, like 64x48")
@@ -116,16 +108,16 @@ def _texels(text: str) -> tuple[int, int]:
 
 
 def integers(example: str, count: int | None = None, most: int | None = None) -> Parsed:
-    """So many whole numbers with commas between them, up to eight where `count` is None.
+    """Whole numbers separated by commas: `count` of them, or up to eight if it is None.
 
-    The example is for messages. With `most` they must be widths from 1 to that.
+    Messages show the `example`. With `most`, the numbers are widths from 1 to `most`.
     """
 
     def parse(text: str) -> tuple[int, ...]:
         parts = text.split(",")
         whole = all(len(p) < 10 and p.isascii() and p.isdigit() for p in parts)
         if not whole or len(parts) > 8 or count not in (None, len(parts)):
-            raise ValueError(f"expected whole numbers with commas between them, like {example}")
+            raise ValueError(f"expected whole numbers separated by commas, like {example}")
         if most and not all(1 <= int(part) <= most for part in parts):
             raise ValueError(f"expected up to 8 widths from 1 to {most}, like {example}")
         return tuple(map(int, parts))
@@ -134,7 +126,7 @@ def integers(example: str, count: int | None = None, most: int | None = None) ->
 
 
 def floats(text: str) -> tuple[float, ...]:
-    """Numbers with commas between them; one that is none where the text is not of that kind."""
+    """Numbers separated by commas; NaN alone if the text is something else."""
     try:
         return tuple(map(float, text.split(",")))
     except ValueError:
@@ -142,7 +134,6 @@ def floats(text: str) -> tuple[float, ...]:
 
 
 def _direction(text: str) -> tuple[float, ...]:
-    """A polar angle and an azimuth in degrees."""
     angles = floats(text)
     if len(angles) != 2 or not (0.0 <= angles[0] < 90.0 and math.isfinite(angles[1])):
         raise ValueError("expected a polar angle below 90 and an azimuth, like 30,180")
@@ -159,11 +150,11 @@ _SUBJECTS = {
     "network": "networks",
     "codec": "unified and custom",
 }
-"""What options may be for where that is not everything."""
+"""Kinds of materials and models that an option may be limited to."""
 
 
 class Option(click.Option):
-    """An option that may be for one kind of material or model only; see :func:`refuse`."""
+    """An option that may be limited to one kind of material or model; see :func:`refuse`."""
 
     def __init__(
         self, names: Sequence[str], applies: str = "", shown: str | None = None, **settings: Any
@@ -174,7 +165,7 @@ class Option(click.Option):
             self.metavar = "N" if isinstance(self.type, click.IntRange) else "X"
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        """See click; a default in words stands there without brackets, after what it is for."""
+        """See click; a default in words loses its parentheses, and follows what it is for."""
         record = super().get_help_record(ctx)
         if record is None:
             return record
@@ -189,36 +180,31 @@ class Option(click.Option):
 
 
 def option(names: str, kind: ParamType | Sequence[str] | None = None, **settings: Any) -> Option:
-    """An option of a command; see :func:`nacre.cli.command.command` for what it is about.
+    """An option of a command.
 
     Parameters
     ----------
     names
-        With spaces between them, as click takes them: "--size", "-o --output", "--decode decoder".
+        As click takes them, separated by spaces: "--size", "-o --output", "--decode decoder".
     kind
         Type of its values, or the values to choose from.
     settings
-        As click takes them; `applies`, what it is for where that is not everything; and `shown`, a
-        default in words.
+        As click takes them, and: `applies`, a key of the kinds that it is limited to; `shown`, a
+        default in words. The help may follow as text; see :func:`nacre.cli.command.command`.
     """
     chosen = kind if kind is None or isinstance(kind, click.ParamType) else click.Choice(kind)
     return Option(names.split(), type=chosen, **settings)
 
 
 def names(_context: click.Context, _parameter: click.Parameter, value: str | None) -> list[str]:
-    """Callback of an option: distinct names with commas between them, in order."""
+    """Callback of an option: distinct names separated by commas, in order."""
     return list(dict.fromkeys(part.strip() for part in (value or "").split(",") if part.strip()))
 
 
 def refuse(applies: Container[str], subject: str) -> None:
-    """Refuse options on the command line that are for something else than the subject.
+    """Raise a UsageError if an option is given that is limited to one of the kinds `applies`.
 
-    `applies` is what those are for, `subject` what is at hand: "gold.bsdf is a reflectance".
-
-    Raises
-    ------
-    UsageError
-        Naming the first such option.
+    `subject` says why that is wrong: "gold.bsdf is a reflectance".
     """
     for option, flag in given():
         if option.applies in applies:
@@ -226,14 +212,13 @@ def refuse(applies: Container[str], subject: str) -> None:
 
 
 def given() -> Iterator[tuple[Option, str]]:
-    """Options of the command that are on the command line, each with its flag."""
+    """The options on the command line, each with its flag."""
     for option in click.get_current_context().command.params:
         if isinstance(option, Option) and is_given(option.name or ""):
             yield option, max(option.opts, key=len)
 
 
 def is_given(name: str) -> bool:
-    """Whether a parameter was given on the command line."""
     source = click.get_current_context().get_parameter_source(name)
     return source == ParameterSource.COMMANDLINE
 
@@ -241,9 +226,9 @@ def is_given(name: str) -> bool:
 def check_outputs(
     outputs: Iterable[Path | None], inputs: Iterable[Path | None], internal: Iterable[Path] = ()
 ) -> None:
-    """Raise before work starts if a file could not be written at its end, or is an input.
+    """Raise before the work if an output could not be written after it, or is an input.
 
-    What is None is passed over; `internal` are states and caches, which must not be inputs.
+    Paths that are None are skipped; `internal` are states and caches, which must not be inputs.
 
     Raises
     ------
@@ -262,46 +247,45 @@ def check_outputs(
 
 
 def argument(name: str, kind: ParamType | None = INPUT, **settings: Any) -> click.Argument:
-    """What a command is given; a file or folder to read unless `kind` is another."""
+    """An argument of a command: a file or folder to read unless `kind` is another."""
     return click.Argument([name], type=kind, **settings)
 
 
 def inputs_argument(name: str = "paths", metavar: str = "INPUT...") -> click.Argument:
-    """Files or folders to read, one or more."""
     return argument(name, nargs=-1, required=True, metavar=metavar)
 
 
 def output_option(
     about: str = "", *, required: bool = True, text: str = "", **settings: Any
 ) -> Option:
-    """The file that a command writes."""
+    """Option for the file that a command writes; `text` as for standard output."""
     return option("-o --output", _Output(text), required=required, help=about, **settings)
 
 
 def _shared(names: str, kind: Any = None, **defaults: Any) -> Callable[..., Option]:
-    """An option of several commands, which may change its settings."""
+    """An option that several commands share, each with its own changes to the settings."""
     return lambda kind=kind, **settings: option(names, kind, **(defaults | settings))
 
 
-seed_option = _shared(
-    "--seed",
-    SEED,
-    default=0,
-    help="Seed of all random numbers: the same seed gives the same result.",
+seed_option = _shared("--seed", SEED, default=0, help="Seed of the random numbers.")
+jobs_option = _shared(
+    "--jobs",
+    click.IntRange(1),
+    shown="one per core",
+    help="Number of materials fitted at the same time.",
 )
-jobs_option = _shared("--jobs", click.IntRange(1), shown="one a core", help="Materials at a time.")
 environment_option = _shared(
     "--environment",
     INPUT,
     shown="a built-in studio",
-    help="Light from a latitude-longitude map (.exr, .hdr, .png).",
+    help="Latitude-longitude map to light with (.exr, .hdr, .png).",
 )
 resolution_option = _shared(
     "--resolution",
     integers("90,90,180"),
     metavar="N,N,...",
     shown="see docs/reference/formats.md",
-    help="Nodes of a table: theta_h,theta_d,phi_d for .binary and .npz; "
+    help="Nodes per axis of a table: theta_h,theta_d,phi_d for .binary and .npz; "
     "phi_i,theta_i,square,azimuths,polars for .bsdf; theta,phi for .mbsdf.",
 )
 preset_option = _shared(
@@ -310,44 +294,53 @@ preset_option = _shared(
     default="standard",
     help="Length of the fit: about 0.3, 1.5 or 12 seconds on two cores.",
 )
-
-
-def scale_option(**settings: Any) -> list[Option | str]:
-    """Whether few samples may be wrong by a factor; rows of a command."""
-    return [
-        option("--free-scale", is_flag=True, **settings),
-        "Find a factor by which all samples are wrong, as of an instrument not calibrated.",
-    ]
-
-
+scale_option = _shared(
+    "--free-scale",
+    is_flag=True,
+    help="Also find one factor that scales all samples, for example from an uncalibrated "
+    "instrument.",
+)
 basis_option = _shared(
     "--basis basis_name",
     metavar="neural|hypernetwork|FILE",
     default="neural",
-    help="Latent basis: a pretrained one that is included, or a file of nacre latent train.",
+    help="Latent basis: included, or from nacre latent train.",
 )
 codec_option = _shared(
     "--codec",
     _Codec(path_type=Path),
     metavar="basis|unified|FILE",
     shown="basis",
-    help="Texture codec: a pretrained one that is included, nacre's own or the network of Rainer "
-    "et al. 2020, or a file of nacre btf train.",
+    help="Texture codec: nacre's own, that of Rainer et al. 2020, or one from nacre btf train.",
 )
 precision_option = _shared("--precision", ["single", "half"])
 pixels_option = _shared(
     "--pixels",
     ["reflectance", "radiance"],
-    shown="what the list of directions says, else reflectance",
-    help="Meaning of pixels in a folder of images: reflectance factors, relative to white under "
-    "the same light, or radiance for unit irradiance, which includes the cosine of the light.",
+    shown="from the list of directions, else reflectance",
+    help="Values in a folder of images: reflectance relative to white, or radiance under unit "
+    "irradiance, with the light's cosine.",
 )
 directions_option = _shared(
     "--directions",
     metavar="bonn|utia|FILE",
-    help="Pairs of directions: every light with every view of a dome, or a list (.csv).",
+    help="Directions: all pairs of a dome, or a list (.csv).",
 )
 texels_option = _shared("--texels", TEXELS, metavar="WxH")
 device_option = _shared(
-    "--device", help="PyTorch device, like cpu, cuda or cuda:1, in place of the CPU kernel."
+    "--device", help="PyTorch device, such as cpu or cuda:1, instead of the CPU kernel."
+)
+height_field_option = _shared("--height-field", INPUT, applies="btf")
+depth_option = _shared(
+    "--depth",
+    FiniteRange(0.0),
+    applies="btf",
+    shown="0.1; 1 for .exr",
+    help="Depth of the height field from black to white, in widths of the texture.",
+)
+picture_size_option = _shared(
+    "--size", click.IntRange(16, 1024), default=192, help="Width of each picture in pixels."
+)
+spp_option = _shared(
+    "--spp", click.IntRange(1), shown="as in nacre render, denoised", help="Samples per pixel."
 )

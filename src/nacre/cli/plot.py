@@ -1,5 +1,3 @@
-"""`nacre plot`."""
-
 from __future__ import annotations
 
 import math
@@ -8,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.display import Line
 from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
-from nacre.cli.progress import Line, progress
-from nacre.cli.report import report
+from nacre.cli.report import progress, report
 from nacre.errors import NacreError, printable
 from nacre.figures.plot import CHANNELS, INCIDENCE, MAX_MATERIALS
 
@@ -22,7 +20,6 @@ _DEFAULT = ",".join(f"{math.degrees(angle):g}" for angle in INCIDENCE)
 
 
 def _angles(text: str) -> tuple[float, ...]:
-    """Up to six angles in degrees."""
     degrees = options.floats(text)
     if len(degrees) > 6 or not all(0.0 <= angle < 90.0 for angle in degrees):
         raise ValueError(f"expected up to 6 degrees from 0 to below 90, like {_DEFAULT}")
@@ -36,11 +33,11 @@ def _angles(text: str) -> tuple[float, ...]:
     option("--texel", options.TEXEL, applies="btf", metavar="X,Y", shown="the mean of all"),
     "Texel whose lobes to plot: column and row, counted from 0.",
     option("--incidence", options.Parsed("DEG,DEG", _angles), default=_DEFAULT),
-    "Angles between the light and the normal, in degrees.",
+    "Angles of the light from the normal, in degrees.",
     option("--azimuth", options.FiniteRange(-360.0, 360.0), default=0.0, metavar="DEG"),
     "Azimuth of the plane of incidence, for anisotropic materials.",
     option("--channel", CHANNELS, default="luminance", help="Channel to plot."),
-    option("--cosine", is_flag=True, help="Multiply by the cosine of the viewer."),
+    option("--cosine", is_flag=True, help="Multiply by the cosine of the viewing angle."),
     option(
         "--floor", options.FiniteRange(1e-12, 1e12), shown="a power of ten below the plotted values"
     ),
@@ -56,8 +53,8 @@ def command(
 ) -> None:
     """Plot the lobes of materials over one another, in the plane of incidence, on a log scale.
 
-    The first of several materials is a wide gray line beneath the others. Lines have gaps where
-    nothing was measured. Of a texture the mean is plotted, or one --texel.
+    The first of several materials is a wide gray line below the others. Lines have gaps where
+    nothing was measured. For a texture, the mean is plotted, or one --texel.
     """
     from nacre.figures.plot import check_plot_path, lobe_figure, write_plot
 
@@ -78,24 +75,23 @@ def command(
 
 
 def _load(path: Path, texel: tuple[int, int] | None, line: Line, *, several: bool) -> Brdf:
-    """A reflectance, or the mean or one texel of a texture."""
     from nacre.formats import load_brdf, load_btf
     from nacre.workflows import texture_reflectance
 
-    # Among several, a texel is for those that are textures.
+    # With several inputs, --texel concerns only the textures.
     if kind_of(path, refusing=not several) == "brdf":
         return load_brdf(path)
     return texture_reflectance(load_btf(path), texel, line)
 
 
 def check_count(count: int) -> None:
-    """Raise if one plot cannot hold as many materials."""
+    """Raise if a plot cannot show that many materials."""
     if count > MAX_MATERIALS:
         raise NacreError(f"a plot shows at most {MAX_MATERIALS} materials, not {count}")
 
 
 def name_apart(materials: list[tuple[Path, Brdf]]) -> dict[str, Brdf]:
-    """Materials by the names of their files; by their paths, and numbers, where these are alike."""
+    """Materials by file name; by path, and with a number, where names are the same."""
     named: dict[str, Brdf] = {}
     for path, brdf in materials:
         name = next(n for n in (path.name, str(path)) if n == str(path) or n not in named)

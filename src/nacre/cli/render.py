@@ -1,5 +1,3 @@
-"""`nacre render`."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -30,7 +28,7 @@ _SCENE_OPTIONS = ("source", "output", "spp", "seed")
 @make(
     "render",
     options.argument("source", metavar="INPUT"),
-    options.output_option(required=False, shown="NAME.png, with --frames NAME.gif"),
+    options.output_option(required=False, shown="NAME.png; NAME.gif with --frames"),
     "Picture to write: .exr (linear), .png or .jpg; with --frames .gif, .png or .webp.",
     option(
         "--shape", _SHAPES, shown=f"{scene.SHAPES[0]}; {texture_scene.GEOMETRIES[0]} for textures"
@@ -44,44 +42,43 @@ _SCENE_OPTIONS = ("source", "output", "spp", "seed")
     option(
         "--spp",
         IntRange(1),
-        shown=f"{DENOISED_SPP}, not denoised {PLAIN_SPP}, of textures {TEXTURE_SPP}; as a scene "
-        "says",
+        shown=f"{DENOISED_SPP}; {PLAIN_SPP} without --denoise; {TEXTURE_SPP} for textures; a "
+        "scene's own",
     ),
     "Samples per pixel.",
     option("--denoise/--no-denoise", default=True),
-    "Remove noise, where Intel's denoiser is installed (extra: render); not from animations and "
-    "comparisons of textures.",
+    "Remove noise if Intel's denoiser is installed (extra: render); not from animations and "
+    "comparisons.",
     options.seed_option(),
     option("--angle", click.FloatRange(0.0, 89.0), applies="btf", default=45.0),
-    "Degrees between the view and a directional or point light.",
+    "Angle between the view and a directional or point light, in degrees.",
     option("--repeat", IntRange(1), applies="btf", default=4),
     "Repetitions of the texture around the object.",
     option("--frames", IntRange(2, 10_000), applies="btf"),
-    "Frames of an animation in which a directional or point light moves.",
+    "Frames of an animation with a moving directional or point light.",
     option("--light-path", PATHS, applies="btf", shown=PATHS[0]),
-    "Path of that light: around the normal in the middle of the picture, or from the left over "
-    "the object to the right.",
+    "Path of the moving light: around the normal at the center of the picture, or over the object "
+    "from left to right.",
     option("--decode decoder", DECODERS, applies="btf", default=DECODERS[0]),
-    "Decode codes from functions in a table, or by the networks at every hit.",
+    "Decode codes with a table of functions, or with the networks at every hit.",
     option("--interpolation", INTERPOLATIONS, applies="btf", default=INTERPOLATIONS[0]),
-    "Interpolation between texels: one of four by chance, all four, or the nearest.",
+    "Interpolation between texels: one of four at random, all four, or the nearest.",
     option("--mipmap", applies="btf", is_flag=True),
-    "Filter an encoded texture by a pyramid for views from afar, which takes fewer samples.",
-    option("--height-field", options.INPUT, applies="btf"),
-    "Gray image for parallax of a texture whose texels are points of a surface, not of a plane: "
-    "see nacre btf capture --height-map.",
-    option("--depth", options.FiniteRange(0.0), applies="btf", shown="0.1; 1 of .exr"),
-    "Depth of the height field from black to white, in widths of the texture.",
+    "Filter an encoded texture for distant views, so that fewer samples suffice.",
+    options.height_field_option(),
+    "Gray image for parallax of a texture whose texels follow a surface: see nacre btf capture "
+    "--height-map.",
+    options.depth_option(),
     option("--reference", options.INPUT, applies="btf"),
-    "Texture that was encoded, to show at the left and to compare with; errors are shown at the "
-    "right, but for .exr, which holds values only.",
+    "Original texture to show on the left and compare with; errors are on the right, except in "
+    ".exr.",
 )
 def command(source: Path, output: Path | None, **chosen: Any) -> None:
     """Render a preview of a material by path tracing, or a Mitsuba scene (.xml).
 
     A reflectance is shown on an object, a texture on a cylinder, a sphere, a plane or the ground;
-    with --frames, as an animation of a moving light. A scene may use nacre's plugins (nbrdf and
-    the others), which the mitsuba command cannot know of.
+    --frames animates the light. A scene may use nacre's plugins (nbrdf and others), which the
+    mitsuba command does not know.
     """
     if source.suffix.lower() == ".xml" and not describe_kind(source):
         for given, flag in options.given():

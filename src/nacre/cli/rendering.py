@@ -1,4 +1,4 @@
-"""What `nacre render` does for a reflectance, a texture and a scene."""
+"""What `nacre render` does for a reflectance, a texture or a scene."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from nacre.cli import options
-from nacre.cli.progress import progress
-from nacre.cli.report import keyed, print_facts, report
+from nacre.cli.report import keyed, print_facts, progress, report
 from nacre.render import scene
 from nacre.render.textures import scene as texture_scene
 
@@ -20,18 +19,17 @@ if TYPE_CHECKING:
     from nacre.render.environment import Environment
 
 TEXTURE_SPP = 64
-"""Samples per pixel of a texture that is not denoised."""
+"""Samples per pixel for a texture without denoising."""
 
 
 def _check_shape(
     source: Path, chosen: dict[str, Any], kind: str, shapes: Sequence[str], lights: Sequence[str]
 ) -> None:
-    """Refuse an object or a light that is for the other kind of material."""
+    """Refuse an object or a light for the other kind of material."""
     for name, known in (("shape", shapes), ("light", lights)):
         if chosen[name] is not None and chosen[name] not in known:
             raise click.BadParameter(
-                f"--{name} {chosen[name]}: {source} is {kind}, for which there are "
-                f"{', '.join(known)}"
+                f"--{name} {chosen[name]}: {source} is {kind}; expected one of {', '.join(known)}"
             )
 
 
@@ -42,7 +40,6 @@ def _environment(path: Path | None) -> Environment | None:
 
 
 def render_scene(source: Path, output: Path | None, spp: int | None, seed: int) -> None:
-    """Render a scene file of Mitsuba."""
     from nacre.render.preview import check_image_path, write_image
     from nacre.render.scene_file import render_file
 
@@ -58,7 +55,6 @@ def render_scene(source: Path, output: Path | None, spp: int | None, seed: int) 
 
 
 def render_reflectance(source: Path, output: Path | None, chosen: dict[str, Any]) -> None:
-    """Render an object of a reflectance."""
     from nacre.formats import load_brdf
     from nacre.render.preview import check_image_path, default_spp, render_preview, write_image
 
@@ -89,7 +85,6 @@ def render_reflectance(source: Path, output: Path | None, chosen: dict[str, Any]
 
 
 def render_texture(source: Path, output: Path | None, chosen: dict[str, Any]) -> None:
-    """Render an object of a texture, or an animation of one."""
     from nacre.formats import load_btf
     from nacre.render.preview import default_spp
     from nacre.workflows.texture_rendering import (
@@ -106,7 +101,7 @@ def render_texture(source: Path, output: Path | None, chosen: dict[str, Any]) ->
     del chosen["height"]
     if frames or reference:
         if chosen["denoise"] and options.is_given("denoise"):
-            raise click.UsageError("--denoise is for one picture of one texture")
+            raise click.UsageError("--denoise is not for animations and comparisons of textures")
         chosen["denoise"] = False
     chosen |= {
         "shape": chosen["shape"] or texture_scene.GEOMETRIES[0],

@@ -1,4 +1,4 @@
-"""What commands print: results on standard output, notes and details on standard error."""
+"""What commands print: results on standard output, progress and notes on standard error."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import json
 import math
 import os
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +16,12 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from nacre.cli.display import Display, Line
 from nacre.cli.session import Session, session
 from nacre.errors import printable
 
 _results = Console(highlight=False, soft_wrap=True)
 status = Console(stderr=True, highlight=False, soft_wrap=True)
-"""Progress and notes go to standard error."""
-
 _ENDINGS = {
     "bytes": "bytes",
     "degrees": "deg",
@@ -32,7 +32,7 @@ _ENDINGS = {
     "share": "fraction",
     "fraction": "fraction",
 }
-"""How the key of a fact ends by the first word of its unit."""
+"""Ending of a fact's key for the first word of its unit."""
 _KEYS = {
     "bytes": "size_bytes",
     "ratio": "compression_ratio",
@@ -42,7 +42,7 @@ _KEYS = {
 
 
 def _cleared() -> Session:
-    """The session, with room made for what is printed."""
+    """The session, its display cleared for printing."""
     now = session()
     if now.display is not None:
         now.display.clear()
@@ -50,38 +50,54 @@ def _cleared() -> Session:
 
 
 def _print(thing: str | Table, **settings: Any) -> None:
-    """Print results for people, in place of which --json prints data."""
+    """Print results for people; nothing with --json."""
     now = _cleared()
     if not now.as_json:
-        # Standard output may be taken by a file that is written there.
+        # Standard output may be taken by the output file.
         (_results if now.piped is None else status).print(thing, **settings)
 
 
+def progress(name: str, stage: str = "") -> Line:
+    """A line on the display of the running command, at the stage that begins."""
+    # Outside of a command there is no display.
+    line = (session().display or Display(name, status, quiet=True)).add(name)
+    if stage:
+        line(stage, 0, 1)
+    return line
+
+
+@contextmanager
+def hidden_progress() -> Iterator[None]:
+    """A block without progress, for questions to the user."""
+    display = session().display
+    with display.hidden() if display is not None else nullcontext():
+        yield
+
+
 def say(text: str, *, style: str | None = None, end: str = "\n") -> None:
-    """Print a line of results; nothing with --json."""
     _print(text, style=style, markup=False, end=end)
 
 
 def note(text: str) -> None:
-    """Print something to bear in mind, on standard error."""
+    """Print something worth knowing, on standard error."""
     aside(f"note: {text}")
 
 
 def aside(text: str) -> None:
-    """Print what happens on the way, on standard error."""
+    """Print an event during the work, on standard error."""
     if not session().quiet:
         _print_status(text)
 
 
 def detail(text: str) -> None:
-    """Print something that only --verbose asks for, on standard error."""
+    """Print something for --verbose, on standard error."""
     if session().verbose:
         _print_status(text)
 
 
 def fail(message: str) -> None:
     """Print what went wrong, on one line of standard error."""
-    for folder in _cleared().folders:  # of standard input and output
+    for folder in _cleared().folders:  # for standard input and output
         message = message.replace(f"{folder}{os.sep}", "")
     click.echo(f"nacre: {printable(message)}", err=True)
 
@@ -99,7 +115,7 @@ def report(text: str | Iterable[str], data: Any) -> None:
 
 
 def report_file(path: Path, text: str, **data: Any) -> None:
-    """Report a file that was written; `text` tells about it, its size is added."""
+    """Report a written file with a `text` about it, and its size."""
     size = path.stat().st_size
     facts = [text, f"{size:,} bytes"] if text else [f"{size:,} bytes"]
     report(f"{path}: {', '.join(facts)}", {"output": str(path), "size_bytes": size, **data})
@@ -108,7 +124,7 @@ def report_file(path: Path, text: str, **data: Any) -> None:
 def report_facts(
     title: str, facts: Mapping[str, Any], units: Mapping[str, str] | None = None, **data: Any
 ) -> None:
-    """Print facts in aligned columns, or as JSON after further `data`."""
+    """Print facts in aligned columns, or as JSON together with `data`."""
     print_json({**data, **keyed(facts, units)})
     print_facts(title, facts.items(), units)
 
@@ -116,8 +132,8 @@ def report_facts(
 def report_parts(results: Sequence[Mapping[str, Any]], lines: Iterable[str] = ()) -> None:
     """Report on several files, and exit with 1 if some failed, with 2 if all did.
 
-    A result is one object a file, of a failure with the keys "file" and "error"; the lines are text
-    on those that have not failed.
+    There is one result per file; that of a failure has the keys "file" and "error". The `lines` are
+    about the files that did not fail.
     """
     report(lines, results)
     failures = [result["error"] for result in results if result.get("error")]
@@ -143,7 +159,7 @@ def json_key(name: str, unit: str = "") -> str:
 
 
 def _plain(value: Any, key: Callable[[str], str] = str) -> Any:
-    """A value as JSON has it, null for what is not finite; its parts are called by their `key`."""
+    """A value for JSON, with null for what is not finite and keys renamed by `key`."""
     if isinstance(value, Mapping):
         return {key(str(name)): _plain(item, key) for name, item in value.items()}
     if isinstance(value, list | tuple):
@@ -154,9 +170,9 @@ def _plain(value: Any, key: Callable[[str], str] = str) -> Any:
 def print_facts(
     title: str, facts: Iterable[tuple[str, Any]], units: Mapping[str, str] | None = None
 ) -> None:
-    """Aligned columns under a title: what, its value, and in brackets its unit where there is one.
+    """Print facts in aligned columns under a title, with units; nothing with --json.
 
-    A line is never broken, so that scripts can read it. Nothing is printed with --json.
+    Lines are never broken, so that scripts can read them.
     """
     lines = [(key, _text(value)) for key, value in facts]
     width = max(len(key) for key, _ in lines)
@@ -169,7 +185,7 @@ def print_facts(
 
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    """A table with all but the first column to the right; nothing with --json."""
+    """Print a table, all but its first column aligned right; nothing with --json."""
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     for index, column in enumerate(columns):
         table.add_column(column, justify="right" if index else "left")
@@ -179,7 +195,7 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
 
 
 def print_json(value: Any) -> None:
-    """A value as JSON, with --json; what is not finite becomes null."""
+    """Print a value as JSON if --json is given."""
     if session().as_json:
         text = json.dumps(_plain(value), indent=2, allow_nan=False)
         click.echo(text, err=_cleared().piped is not None)

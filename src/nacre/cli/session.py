@@ -1,4 +1,4 @@
-"""What the options that all commands share say, and what lives as long as one command."""
+"""The state of one run of the command line: shared options, streams, temporary folders."""
 
 from __future__ import annotations
 
@@ -11,20 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from nacre.cli.progress import Display
+    from nacre.cli.display import Display
 
 _SNIFFED = ((b"{", ".json"), (b"[", ".json"))
 
 
 @dataclass
 class Session:
-    """One run of the command line.
-
-    Parameters
-    ----------
-    quiet, verbose, force, as_json
-        The options of these names.
-    """
+    """One run of the command line; the flags are the options of these names."""
 
     quiet: bool = False
     verbose: bool = False
@@ -32,20 +26,20 @@ class Session:
     as_json: bool = False
     display: Display | None = None
     piped: Path | None = None
-    """File that is copied to standard output at the end."""
+    """File to copy to standard output at the end."""
     folders: list[Path] = field(default_factory=list)
-    """Temporary folders of standard input and output."""
+    """Temporary folders for standard input and output."""
     stack: ExitStack = field(default_factory=ExitStack)
 
     def folder(self) -> Path:
-        """A temporary folder that goes when the command ends."""
+        """A temporary folder, removed when the command ends."""
         folder = Path(tempfile.mkdtemp(prefix="nacre-"))
         self.folders.append(folder)
         self.stack.callback(shutil.rmtree, folder, ignore_errors=True)
         return folder
 
     def spooled(self) -> Path:
-        """Standard input as a file, with an ending where its first bytes tell one."""
+        """Standard input as a file, with an ending if its first bytes suggest one."""
         first = sys.stdin.buffer.read(64)
         start = first.lstrip()
         ending = next((ending for begin, ending in _SNIFFED if start.startswith(begin)), "")
@@ -58,12 +52,12 @@ class Session:
         return path
 
     def to_stdout(self, ending: str) -> Path:
-        """A file to write whose content goes to standard output at the end."""
+        """A file whose content goes to standard output at the end."""
         self.piped = self.folder() / f"stdout{ending}"
         return self.piped
 
     def flush(self) -> None:
-        """Copy what was written for standard output there."""
+        """Copy the file for standard output there."""
         if self.piped is not None and self.piped.exists():
             sys.stdout.flush()
             sys.stdout.buffer.write(self.piped.read_bytes())
@@ -74,12 +68,10 @@ _current = Session()
 
 
 def session() -> Session:
-    """The run that goes on."""
     return _current
 
 
 def begin() -> Session:
-    """Start a run."""
     global _current
     _current = Session()
     return _current

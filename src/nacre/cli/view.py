@@ -1,5 +1,3 @@
-"""`nacre view`."""
-
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
@@ -11,13 +9,12 @@ import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.display import Line
 from nacre.cli.options import option
-from nacre.cli.progress import Line, progress
-from nacre.cli.report import counted, fail, note, report, report_file
+from nacre.cli.report import counted, fail, note, progress, report, report_file
 from nacre.errors import FormatError, NacreError
 
 if TYPE_CHECKING:
-    from nacre.export.textures import HeightField
     from nacre.render.environment import Environment
     from nacre.viewer.content import Entry
     from nacre.workflows.sources import Source
@@ -29,37 +26,38 @@ _NOTICE = 1 << 20  # bytes
 @make(
     "view",
     options.argument("paths", nargs=-1, metavar="INPUT..."),
-    options.output_option("Page to write (.html).", required=False, shown="none: it is served"),
-    option("--title", metavar="TEXT", shown="the name of INPUT"),
+    options.output_option("Page to write (.html).", required=False, shown="served instead"),
+    option("--title", metavar="TEXT", shown="INPUT's name"),
     "Heading of the page.",
     option("--environment", options.INPUT, multiple=True, shown="the built-in ones"),
-    "Light from a latitude-longitude map (.exr, .hdr, .png); several for a choice of them.",
+    "Latitude-longitude map to offer as light (.exr, .hdr, .png). May be repeated.",
     option("--map mapped", is_flag=True),
-    "Add a map of the materials, to look between them: 0.6 MB.",
-    option("--height-field", options.INPUT, applies="btf"),
-    "Gray image for parallax of a single texture; without, NAME.exr beside it if it is there.",
-    option("--depth", options.FiniteRange(0.0), applies="btf", shown="0.1; 1 of .exr"),
-    "Depth of the height field from black to white, in widths of the texture.",
+    "Add a map for exploring what lies between the materials; 0.6 MB.",
+    options.height_field_option(shown="NAME.exr beside it, if any"),
+    "Gray image for parallax of a single texture.",
+    options.depth_option(),
     option("--notice", options.INPUT, metavar="FILE"),
-    "Text at the foot of the page, such as the license of what it holds.",
+    "Text for the foot of the page, such as a license.",
     option("--component", is_flag=True),
-    "Write the script that defines the element <nacre-view> for other pages (.js), and no page.",
-    option("--port", click.IntRange(0, 65535), default=0, shown="any that is free"),
-    "Port of this machine to serve the page on.",
+    "Write only the script (.js) that defines the element <nacre-view> for other pages.",
+    option("--port", click.IntRange(0, 65535), default=0, shown="any free one"),
+    "Port to serve the page on.",
     option("--open/--no-open opened", default=True),
-    "Open the page that is served in a browser.",
+    "Open the served page in a browser.",
 )
 def command(paths: tuple[Path, ...], output: Path | None, **chosen: Any) -> None:
-    """Show materials on a page in a browser: turned in the light, and side by side.
+    """Show materials on a web page, where you can turn them in the light and compare them.
 
-    The page is one file that needs nothing else, for screens and for sending; without --output it
-    is served on this machine until Ctrl-C. Of a folder, all materials in it and below are shown.
-    Files of one name in one folder are one material: measured, as a network, in standard form.
-    Textures have to be encoded, by nacre fit.
+    The page is one self-contained file; without --output it is served on this machine until Ctrl-C.
+    For a folder, all materials in it and below are shown. Files with the same name in one folder
+    are forms of one material: measured, network, standard. Textures must be encoded by nacre fit.
     """
     _check(paths, output, chosen)
     if chosen["component"] and output is not None:
-        _write_component(output)
+        from nacre.viewer.component import component
+
+        options.check_outputs([output], [])
+        _write(component(), output)
         return
     from nacre.workflows.viewing import find_materials
 
@@ -80,13 +78,7 @@ def command(paths: tuple[Path, ...], output: Path | None, **chosen: Any) -> None
 
 
 def _check(paths: tuple[Path, ...], output: Path | None, chosen: Mapping[str, Any]) -> None:
-    """Refuse what does not go together.
-
-    Raises
-    ------
-    UsageError
-        With the words that say what does.
-    """
+    """Raise a UsageError for options that do not go together."""
     component = chosen["component"]
     if bool(paths) == component:
         raise click.UsageError("expected INPUT..., or --component alone")
@@ -96,9 +88,9 @@ def _check(paths: tuple[Path, ...], output: Path | None, chosen: Mapping[str, An
     if output is not None and output.suffix.lower() != ending:
         raise NacreError(f"{output}: expected a name that ends in {ending}")
     if output is not None and (options.is_given("port") or options.is_given("opened")):
-        raise click.UsageError("--port and --open are for a page that is served, without --output")
+        raise click.UsageError("--port and --open are for a served page; leave out --output")
     if chosen["depth"] is not None and chosen["height_field"] is None:
-        raise click.UsageError("--depth is of a --height-field")
+        raise click.UsageError("--depth needs a --height-field")
 
 
 def _page(
@@ -108,7 +100,8 @@ def _page(
     line: Line,
     left_out: Callable[[Path, NacreError], None],
 ) -> tuple[bytes, int]:
-    """The page, and how many materials and textures it holds."""
+    """The page, and the number of materials and textures on it."""
+    from nacre.export.textures import HeightField
     from nacre.viewer.content import Content
     from nacre.viewer.space import add_space
     from nacre.workflows.viewing import Texture, read_materials
@@ -124,9 +117,12 @@ def _page(
             content.add(material)
             entries.append(material)
     if chosen["height_field"] is not None and len(textures) != 1:
-        raise NacreError(f"--height-field: is of one texture, not of {len(textures)}")
+        raise NacreError(f"--height-field: is for one texture, not for {len(textures)}")
     for texture in textures:
-        content.add_texture(texture.btf, _heights(chosen) or texture.heights, progress=line)
+        heights, image = texture.heights, chosen["height_field"]
+        if image is not None:
+            heights = HeightField.read(image, chosen["depth"])
+        content.add_texture(texture.btf, heights, progress=line)
     if not entries and not textures:
         raise NacreError("no material could be read")
     if chosen["mapped"] and not add_space(content, entries, progress=line):
@@ -138,7 +134,7 @@ def _page(
 
 
 def _left_out(given: tuple[Path, ...], failed: list[Path], path: Path, error: NacreError) -> None:
-    """What cannot be read is said and passed over where it was met in a folder."""
+    """Report a file that cannot be read; raise if it was named itself, not found in a folder."""
     if path in given:
         raise error
     fail(str(error))
@@ -152,13 +148,6 @@ def _environments(paths: tuple[Path, ...]) -> list[Environment]:
     return [load_environment(path) for path in paths] or [make() for make in ENVIRONMENTS.values()]
 
 
-def _heights(chosen: Mapping[str, Any]) -> HeightField | None:
-    from nacre.export.textures import HeightField
-
-    path = chosen["height_field"]
-    return HeightField.read(path, chosen["depth"]) if path is not None else None
-
-
 def _notice(path: Path) -> str:
     from nacre.io.files import read_bytes
 
@@ -166,13 +155,6 @@ def _notice(path: Path) -> str:
         return read_bytes(path, _NOTICE).decode()
     except UnicodeDecodeError as error:
         raise FormatError(f"{path}: is not text in UTF-8") from error
-
-
-def _write_component(output: Path) -> None:
-    from nacre.viewer.component import component
-
-    options.check_outputs([output], [])
-    _write(component(), output)
 
 
 def _write(content: bytes, output: Path, text: str = "", **data: Any) -> None:

@@ -1,8 +1,8 @@
-"""What is known of the databases: names, addresses, sizes, checksums, terms of use.
+"""Facts about the databases: names, addresses, sizes, checksums, terms of use.
 
-Sources of the addresses: the ALTA library's tutorial fetches MERL files from the authors' server;
-the files behind rgl.epfl.ch/materials are on the host named here. No address of single UTIA files
-is known to us, so that database needs a mirror.
+The ALTA library's tutorial fetches MERL files from the authors' server; the files behind
+rgl.epfl.ch/materials are on the host named here. We know no address of single UTIA files, so that
+database needs a mirror.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from nacre.errors import NacreError
 
 @dataclass(frozen=True)
 class Facts:
-    """What is known of one file: SHA-256 in hexadecimal and length in bytes, None if unknown."""
+    """SHA-256 in hexadecimal and length in bytes of a file, None if unknown."""
 
     sha256: str | None = None
     size: int | None = None
@@ -29,48 +29,22 @@ class Facts:
 
 @dataclass(frozen=True)
 class Database:
-    """One database of measured materials.
-
-    Parameters
-    ----------
-    name
-        Short name, as on the command line.
-    title
-        What is in it, in a few words.
-    suffix
-        What follows a material's name in its file's name.
-    terms
-        Terms of use in short, with a link.
-    page
-        Where people find the files.
-    materials
-        The names there are; empty if they are not known, and any plain name is taken.
-    url
-        Address of a file, with `{name}` for the material; None if it is not known.
-    limit
-        No file is longer than this, in bytes.
-    size
-        Length of every file in bytes, where it is the same.
-    """
+    """One database of measured materials."""
 
     name: str
-    title: str
-    suffix: str
-    terms: str
-    page: str
-    materials: Mapping[str, Facts] = field(default_factory=dict)
-    url: str | None = None
-    limit: int = 2**29
-    size: int | None = None
+    title: str  # its content in a few words
+    suffix: str  # of a file's name, after the material's name
+    terms: str  # terms of use in short, with a link
+    page: str  # where people find the files
+    materials: Mapping[str, Facts] = field(default_factory=dict)  # empty: any plain name
+    url: str | None = None  # of a file, with {name} for the material; None if not known
+    limit: int = 2**29  # length that no file exceeds, in bytes
+    size: int | None = None  # length of every file in bytes, if all are the same
 
     def facts(self, material: str) -> Facts:
-        """What is known of the file of a material.
+        """Facts about the file of a material; its name is then safe as part of a path.
 
-        Raises
-        ------
-        NacreError
-            If there is no such material, with the names most like it. A name that passes is a
-            plain one: it never leads out of a folder.
+        A NacreError names similar materials if there is no such one.
         """
         if material in self.materials:
             return self.materials[material]
@@ -81,12 +55,9 @@ class Database:
         raise NacreError(f"{self.name}: has no material {material!r}; {hint}")
 
     def select(self, patterns: Sequence[str]) -> list[str]:
-        """Names of materials that patterns with `*`, `?` and `[...]` stand for, in order.
+        """The materials that match names or patterns with `*`, `?` and `[...]`, in order.
 
-        Raises
-        ------
-        NacreError
-            If a pattern stands for none, or a name is not known.
+        A NacreError is raised if a pattern matches none, or a name is unknown.
         """
         chosen: dict[str, None] = {}
         for pattern in patterns:
@@ -102,18 +73,14 @@ class Database:
         return list(chosen)
 
     def file_name(self, material: str) -> str:
-        """Name of the file of a material."""
         self.facts(material)
         return material + self.suffix
 
     def address(self, material: str, mirror: str | None = None) -> str:
-        """Address of the file of a material: at a mirror `MIRROR/DATABASE/FILE`.
+        """Address of the file of a material; at a mirror, it is `MIRROR/DATABASE/FILE`.
 
-        Raises
-        ------
-        NacreError
-            If the material is not known, the mirror is no web address, or there is none and no
-            address is known.
+        A NacreError is raised if the material is unknown, the mirror is not a web address, or there
+        is neither a mirror nor a known address.
         """
         file_name = self.file_name(material)
         if mirror is not None:
@@ -126,7 +93,7 @@ class Database:
             return f"{mirror.rstrip('/')}/{self.name}/{file_name}"
         if self.url is None:
             raise NacreError(
-                f"{self.name}: no address of its files is known; fetch them by hand from "
+                f"{self.name}: the address of its files is not known; fetch them by hand from "
                 f"{self.page}, or name a mirror (--mirror or NACRE_MIRROR) that has "
                 f"{self.name}/{file_name}"
             )
@@ -139,7 +106,7 @@ class Database:
 
 @cache
 def databases() -> Mapping[str, Database]:
-    """The databases there are, by name."""
+    """All databases by name."""
     rgl = _table("rgl.txt")
     rgl_url = "https://d38rqfq1h7iukm.cloudfront.net/media/materials/{name}/{name}"
     rgl_terms, rgl_page = _text("rgl-terms.txt"), "https://rgl.epfl.ch/materials"
@@ -175,13 +142,7 @@ def databases() -> Mapping[str, Database]:
 
 
 def find(name: str) -> Database:
-    """The database of a name.
-
-    Raises
-    ------
-    NacreError
-        If there is none.
-    """
+    """The database of a name; a NacreError if there is none."""
     if name not in databases():
         raise NacreError(f"there is no database {name!r}; expected one of {', '.join(databases())}")
     return databases()[name]
@@ -192,6 +153,6 @@ def _text(name: str) -> str:
 
 
 def _table(name: str) -> dict[str, Facts]:
-    """A file of lines `NAME`, or `NAME SHA256 BYTES` where these are known."""
+    """A file with lines `NAME`, or `NAME SHA256 BYTES` if these are known."""
     rows = [line.split() for line in _text(name).splitlines()]
     return {row[0]: Facts(row[1], int(row[2])) if row[1:] else Facts() for row in rows}

@@ -1,4 +1,4 @@
-"""A material of a database as a file: there already, or downloaded, checked and recorded."""
+"""Files of a database: found in the cache, or downloaded, checked and recorded."""
 
 from __future__ import annotations
 
@@ -23,28 +23,16 @@ from nacre.runtime.lock import exclusive
 
 @dataclass(frozen=True)
 class Fetched:
-    """A file that is there.
-
-    Parameters
-    ----------
-    path
-        Where it is.
-    sha256
-        Checksum of its content, in hexadecimal.
-    verified
-        Whether that is the checksum that the database's file is known to have.
-    fresh
-        Whether it was downloaded now.
-    """
+    """A file of a database."""
 
     path: Path
-    sha256: str
-    verified: bool
-    fresh: bool
+    sha256: str  # in hexadecimal
+    verified: bool  # the checksum is the known one of the database's file
+    fresh: bool  # the file was downloaded just now
 
 
 def cache_folder() -> Path:
-    """Where downloads are kept: `NACRE_CACHE`, else the platform's folder for caches."""
+    """The folder for downloads: `NACRE_CACHE`, else the platform's cache folder."""
     named = os.environ.get("NACRE_CACHE")
     return Path(named).expanduser() if named else Path(platformdirs.user_cache_dir("nacre"))
 
@@ -57,31 +45,31 @@ def fetch(
     agree: Callable[[str], bool] = lambda terms: False,
     progress: Progress | None = None,
 ) -> Fetched:
-    """The file of a material; downloads it if it is not there.
+    """The file of a material, downloaded if necessary.
 
-    The file comes to its place whole and checked, or not at all. Beside it are put the terms of
-    use, and a record of address, checksum and date. Where no checksum is known, the one in the
-    record counts from then on. Another file of that name is replaced only if it was downloaded and
-    has not changed since: see :mod:`nacre.io.outputs`.
+    The file appears complete and checked, or not at all, with the terms of use and a record of
+    address, checksum and date beside it. If no checksum is known, the one in the record counts from
+    then on. Another file of that name is replaced only if it was downloaded and has not changed
+    since: see :mod:`nacre.io.outputs`.
 
     Parameters
     ----------
     database, material
-        Which one; see :func:`nacre.download.find`.
+        See :func:`nacre.download.find`.
     folder
-        Where to put it; a folder named after the database in :func:`cache_folder` by default.
+        Where to put it; by default, a folder named after the database in :func:`cache_folder`.
     mirror
-        Address under which `DATABASE/FILE` lies; the environment's `NACRE_MIRROR` by default.
+        Address that offers `DATABASE/FILE`; the environment's `NACRE_MIRROR` by default.
     agree
-        Gets the terms of use, before the first download to a folder, and tells whether the user
-        accepts them.
+        Called with the terms of use before the first download to a folder; returns whether the
+        user accepts them.
     progress
-        Gets the bytes that have arrived, and how many there will be or None.
+        Called with the number of bytes received, and the total or None.
 
     Raises
     ------
     NacreError
-        If the material is not known, the terms are not accepted, the server cannot be reached or
+        If the material is unknown, the terms are not accepted, the server cannot be reached or
         does not have the file, the file is not the expected one, or the folder cannot be written.
     """
     facts = database.facts(material)
@@ -107,7 +95,7 @@ def fetch(
 
 
 def _present(path: Path, record: Path, known: str | None) -> Fetched | None:
-    """The file, if it is there and what it should be; None if it is to be downloaded."""
+    """The file, if it exists and is the right one; None if it must be downloaded."""
     if not path.is_file():
         return None
     sha256 = digest(path)
@@ -134,7 +122,7 @@ def _recorded(record: Path) -> str | None:
 
 
 def _accept(database: Database, folder: Path, agree: Callable[[str], bool]) -> None:
-    """Ask about the terms of use unless they were accepted for this folder, and keep them there."""
+    """Ask about the terms of use unless they were accepted for this folder, and store them."""
     kept = folder / f"{database.name}{TERMS}"
     if kept.is_file() and kept.read_text(encoding="utf-8", errors="replace") == database.terms:
         return
@@ -155,18 +143,18 @@ def _download(
     public, sha256 = without_credentials(url), digest(part)
     if sha256 != (expected := facts.sha256 or first or sha256):
         transfer.discard()
-        problem, fix = f" has not the SHA-256 {expected}", "try again, or another mirror"
+        problem, fix = f" does not have the SHA-256 {expected}", "try again, or another mirror"
         if not facts.sha256:
-            problem = f" now has not the SHA-256 of the first download, {expected}"
+            problem = f" no longer has the SHA-256 of the first download, {expected}"
             fix = f"delete {record} to accept the new file"
-        raise NacreError(f"{public}: what it sends{problem}; nothing is kept; {fix}")
+        raise NacreError(f"{public}: the file{problem}; discarded; {fix}")
     if facts.sha256 is None and first is None:
         try:
             load(part)
         except NacreError as error:
             transfer.discard()
-            problem = str(error).replace(str(part), "what it sends", 1)
-            raise NacreError(f"{public}: {problem}; nothing is kept, try another mirror") from error
+            problem = str(error).replace(str(part), "the file", 1)
+            raise NacreError(f"{public}: {problem}; discarded; try another mirror") from error
     verified = facts.sha256 is not None
     content = {
         "database": database.name,
@@ -177,7 +165,7 @@ def _download(
         "verified": verified,
         "downloaded": datetime.now(UTC).isoformat(timespec="seconds"),
     }
-    # The record comes first: a file without one would count as put there by hand.
+    # Write the record first: a file without one would count as put there by hand.
     write_encoded(record, str.encode, json.dumps(content, indent=1) + "\n", internal=True)
     check_replaceable(path)
     with part.open("rb+") as file:

@@ -1,4 +1,4 @@
-"""One file over HTTP, resumed where a connection broke off (RFC 9110, section 14)."""
+"""Download of one file over HTTP, resumed after a broken connection (RFC 9110, section 14)."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ import urllib3
 from nacre.errors import NacreError, reason
 
 Progress = Callable[[int, int | None], None]
-"""Takes the bytes that are there and the bytes there will be, None if that is not known."""
+"""Called with the number of bytes received, and the total or None."""
 
 TRIES = 5
-"""Requests for one file before it is given up."""
+"""Requests for one file before giving up."""
 
 PAUSE = 0.5
-"""Seconds before the second request; doubled before each one after."""
+"""Seconds before the second request, doubled before each further one."""
 
-_TIMEOUT = (10.0, 30.0)  # seconds to connect, and of silence
+_TIMEOUT = (10.0, 30.0)  # seconds to connect, and without data
 _CHUNK = 2**16
 _TRY_AGAIN = (408, 429, 500, 502, 503, 504)
-_HOPELESS = (  # the address itself is at fault, or where the server sends us
+_HOPELESS = (  # the address, or one that the server redirects to, is wrong
     requests.TooManyRedirects,
     requests.exceptions.InvalidSchema,
     requests.exceptions.InvalidURL,
@@ -41,17 +41,17 @@ class TransferError(NacreError):
 
 
 class _BrokenOffError(Exception):
-    """A transfer that another request may finish; the message says what happened."""
+    """A transfer that another request may finish."""
 
 
 @dataclass
 class Transfer:
     """Downloads of one file.
 
-    What has arrived stays at `part`, and in `part` with `.json` added what tells whether the file
-    on the server is still the same: its address, and its entity tag or date. A later call goes on
-    from there. A file of another length than `size` in bytes, where that is known, or of more than
-    `limit` is refused.
+    The received bytes stay in `part`, and a note in `part` with `.json` added tells whether the
+    file on the server is still the same: its address, and its entity tag or date. A later call
+    continues from there. A file is refused if its length in bytes is not `size`, if that is known,
+    or is more than `limit`.
     """
 
     part: Path
@@ -60,10 +60,10 @@ class Transfer:
     progress: Progress | None = None
 
     def __call__(self, url: str) -> None:
-        """Download `url` to :attr:`part`, whole.
+        """Download `url` to :attr:`part`.
 
-        A :class:`TransferError` says that the server cannot be reached, refuses, or sends a file of
-        another length; an OSError that the file cannot be written.
+        A :class:`TransferError` means that the server cannot be reached, refuses, or sends a file
+        of another length; an OSError that the file cannot be written.
         """
         host = urlsplit(url).hostname or url
         arrived = self._arrived(url)
@@ -83,12 +83,12 @@ class Transfer:
                     if _out_of_reach(error) and self._arrived(url) == arrived:
                         raise TransferError(f"cannot reach {host}: {problem}") from error
                 except (ValueError, urllib3.exceptions.HTTPError) as error:  # in headers
-                    raise TransferError(f"{host}: answers wrongly: {reason(error)}") from error
+                    raise TransferError(f"{host}: invalid answer: {reason(error)}") from error
                 else:
                     self._note.unlink(missing_ok=True)
                     return
         kept = self._arrived(url)
-        rest = f"; {kept:,} bytes are kept, run it again to go on" if kept else ""
+        rest = f"; {kept:,} bytes are kept, run it again to continue" if kept else ""
         raise TransferError(f"{host}: gave up after {TRIES} tries: {problem}{rest}")
 
     @property
@@ -96,7 +96,7 @@ class Transfer:
         return self.part.with_name(self.part.name + ".json")
 
     def _validator(self, url: str) -> str | None:
-        """What identifies the content that the part file is from, if it is from this address."""
+        """The validator of the content in the part file, if it is from this address."""
         try:
             note = json.loads(self._note.read_text(encoding="utf-8"))
             return str(note["validator"]) if note["url"] == without_credentials(url) else None
@@ -104,13 +104,13 @@ class Transfer:
             return None
 
     def _arrived(self, url: str) -> int:
-        """Bytes that can be gone on from."""
+        """Bytes that a request can continue from."""
         if self._validator(url) is None or not self.part.is_file():
             return 0
         return self.part.stat().st_size
 
     def _request(self, session: requests.Session, url: str) -> None:
-        """One request; returns when the part file is whole."""
+        """One request; returns when the part file is complete."""
         start = self._arrived(url)
         headers = {"Accept-Encoding": "identity"}
         if start:
@@ -134,14 +134,14 @@ class Transfer:
             self._receive(response, url, start, total)
 
     def _total(self, response: requests.Response, url: str, start: int) -> int | None:
-        """Length of the whole file, as far as it is known now."""
+        """Length of the whole file, if it is known."""
         if response.status_code == 206:
             pattern = r"bytes (\d+)-\d+/(\d+|\*)"
             match = re.fullmatch(pattern, response.headers.get("Content-Range", ""))
             same = _validator(response) in (None, self._validator(url))
             if match is None or int(match[1]) != start or not same:
                 self._note.unlink(missing_ok=True)
-                raise _BrokenOffError("the server sent another part or file than was asked for")
+                raise _BrokenOffError("the server sent another part or file than requested")
             told = None if match[2] == "*" else int(match[2])
         else:
             length = response.headers.get("Content-Length", "")
@@ -154,10 +154,10 @@ class Transfer:
         return expected
 
     def _begin(self, url: str, response: requests.Response) -> None:
-        """Empty the part file, and note which content it will hold."""
+        """Empty the part file, and note what it will hold."""
         self._note.unlink(missing_ok=True)
         self.part.write_bytes(b"")
-        # Without one, content of two versions could be joined.
+        # Without a validator, two versions of the file could be joined.
         if validator := _validator(response):
             note = {"url": without_credentials(url), "validator": validator}
             self._note.write_text(json.dumps(note), encoding="utf-8")
@@ -168,7 +168,7 @@ class Transfer:
             for chunk in response.iter_content(_CHUNK):
                 done += len(chunk)
                 if done > bound:
-                    raise self._wrong_length(url, f"goes on after {bound:,} bytes")
+                    raise self._wrong_length(url, f"continues after {bound:,} bytes")
                 file.write(chunk)
                 if self.progress:
                     self.progress(done, total)
@@ -176,19 +176,19 @@ class Transfer:
             raise _BrokenOffError(f"the connection broke off after {done:,} of {total:,} bytes")
 
     def discard(self) -> None:
-        """Remove what has arrived."""
+        """Remove the received bytes."""
         self._note.unlink(missing_ok=True)
         self.part.unlink(missing_ok=True)
 
     def _wrong_length(self, url: str, problem: str) -> TransferError:
-        """The error, once nothing is left of a file that is not the one."""
+        """The error about a wrong file, of which nothing is kept."""
         self.discard()
         expected = f"{self.size:,}" if self.size is not None else f"at most {self.limit:,}"
         return TransferError(f"{without_credentials(url)}: {problem}, expected {expected}")
 
 
 def _validator(response: requests.Response) -> str | None:
-    """What identifies the content on the server: a strong entity tag, else its date."""
+    """The identity of the content on the server: a strong entity tag, else its date."""
     tag = response.headers.get("ETag", "")
     return tag if tag.startswith('"') else response.headers.get("Last-Modified")
 
@@ -200,7 +200,7 @@ def without_credentials(url: str) -> str:
 
 
 def _out_of_reach(error: requests.RequestException) -> bool:
-    """Whether there was no connection at all, so that another try would not help."""
+    """Whether there was no connection, so that another try would not help."""
     if isinstance(error, requests.Timeout):
         return isinstance(error, requests.ConnectTimeout)
     if isinstance(error, requests.exceptions.SSLError | requests.exceptions.ProxyError):
@@ -214,7 +214,7 @@ def _root(error: requests.RequestException) -> Any:
 
 
 def _reason(error: requests.RequestException) -> str:
-    """What went wrong, without the object addresses and pool names of the library."""
+    """What went wrong, without the library's object addresses and pool names."""
     if isinstance(error, requests.Timeout):
         return "no answer in time"
     if isinstance(error, requests.exceptions.ChunkedEncodingError):

@@ -1,7 +1,7 @@
-"""Materials that come with nacre: a name like `rgl:paper_white` is read as a file is.
+"""Materials that come with nacre, with names such as `rgl:paper_white` in place of files.
 
-Each family is a folder here, with a file a material and one of its terms of use, whose lines say
-what the family is, where it is from and what its license is. `scripts/included.py` makes them.
+Each family is a folder here, with one file per material and a file of terms, whose lines tell what
+the family is, where it comes from and its license. `scripts/included.py` makes them.
 """
 
 from __future__ import annotations
@@ -24,29 +24,20 @@ from nacre.io.source import TERMS
 
 _FOLDER = Path(__file__).parent
 _ENDING = ".safetensors"
-_NAME = re.compile(r"([a-z][a-z-]+):([\w.+-]*)")  # a lone letter is a drive of Windows
+_NAME = re.compile(r"([a-z][a-z-]+):([\w.+-]*)")  # a single letter would be a Windows drive
 
 
 @dataclass(frozen=True)
 class Family:
-    """Materials of one source and one license.
+    """Materials from one source under one license."""
 
-    Parameters
-    ----------
-    name
-        What stands before the colon.
-    about, source, terms
-        What they are, whose work, and on which terms.
-    """
-
-    name: str
+    name: str  # before the colon
     about: str
-    source: str
+    source: str  # whose work they are
     terms: str
 
     @property
     def folder(self) -> Path:
-        """Where its files are."""
         return _FOLDER / self.name
 
 
@@ -57,22 +48,20 @@ class Material:
     Parameters
     ----------
     name
-        What commands and :func:`nacre.load` take: "rgl:paper_white".
+        Name for commands and :func:`nacre.load`: "rgl:paper_white".
     title
-        What its file calls it: "White A4 paper (160 gsm)".
+        Name in its file: "White A4 paper (160 gsm)".
     kind
         "brdf", or "btf" for an encoded texture.
-    path
-        Its file.
-    family
-        Where it is from, and its terms.
+    path, family
+        Its file, and its source and terms.
     psnr
-        In dB, against what was measured: of spheres in an "environment" and in "directional" light
-        (:mod:`nacre.render.sphere`), of a texture over "all pairs" of directions; empty where the
-        measurement may not be passed on and so was not compared.
+        In dB, against the measurement: for spheres in an "environment" and in "directional" light
+        (:mod:`nacre.render.sphere`), for a texture over "all pairs" of directions; empty if the
+        measurement may not be distributed and so was not compared.
     rounding
-        What half precision costs a published network: the PSNR in dB of spheres to the network as
-        it was published; None of any other material.
+        PSNR in dB of spheres between a published network in half precision and the original; None
+        for other materials.
     """
 
     name: str
@@ -105,7 +94,7 @@ def materials(*words: str) -> list[Material]:
     Parameters
     ----------
     words
-        Those whose name or title has all of them, whatever the case; all materials without any.
+        Words that a name or title must contain, in any case; without words, all materials.
 
     Examples
     --------
@@ -122,18 +111,15 @@ def materials(*words: str) -> list[Material]:
 
 @cache
 def names() -> tuple[str, ...]:
-    """The names of all of them, in order."""
+    """The names of all materials, in order."""
     files = ((f.name, path.stem) for f in families().values() for path in _files(f))
     return tuple(f"{family}:{stem}" for family, stem in files)
 
 
 def resolve(path: PathLike) -> Path:
-    """The file that a name stands for; any other path as it is, and so a file that has the name.
+    """The file of an included material; other paths, and existing files, stay as they are.
 
-    Raises
-    ------
-    FormatError
-        If it looks like a name and is none, with those most like it.
+    A FormatError with similar names is raised if it looks like a name but is not one.
     """
     text = os.fspath(path)
     match = _NAME.fullmatch(text)
@@ -144,7 +130,7 @@ def resolve(path: PathLike) -> Path:
     same = [name for name in names() if match[2] and name.partition(":")[2] == match[2]]
     near = [*same, *difflib.get_close_matches(text, names(), 3)]
     what = " or ".join(list(dict.fromkeys(near))[:3])
-    hint = f"did you mean {what}?" if near else "'nacre materials' lists those that there are"
+    hint = f"did you mean {what}?" if near else "'nacre materials' lists them"
     raise FormatError(f"{text}: is neither a file nor a material that comes with nacre; {hint}")
 
 
@@ -154,7 +140,7 @@ def _files(family: Family) -> list[Path]:
 
 @cache
 def _described(name: str) -> Material:
-    """A material with what the header of its file says."""
+    """A material with the facts from the header of its file."""
     path = resolve(name)
     with safetensors.safe_open(path, "numpy") as file:
         ((key, text),) = file.metadata().items()

@@ -26,37 +26,29 @@ def train_basis(
     progress: Progress | None = None,
     left_out: Callable[[Path], None] = lambda path: None,
 ) -> LatentBasis:
-    """Train a latent basis on isotropic materials and write it.
+    """Train a latent basis on isotropic materials and write it; its metadata name the materials.
 
-    Beside the output lies the state of a training that was stopped, from which the same call goes
-    on; it is removed when the basis is written.
+    A stopped training leaves its state beside the output, and the same call resumes it.
 
     Parameters
     ----------
     inputs
-        Files of materials, and folders, in which the measured materials are taken.
+        Files of materials, and folders with measured materials.
     output
         Basis to write, `.safetensors`.
     kind
         One of :data:`nacre.latent.BASES`.
     options
-        Settings of the training by the names of the fields of the kind's recipe, like `code_dim`;
-        the recommended ones where not given.
-    progress
-        Called as it goes on.
+        Settings that differ from the recommended ones, by the fields of the kind's recipe, such as
+        `code_dim`.
     left_out
-        Called with every file in a folder that has an ending of measurements, but is none.
-
-    Returns
-    -------
-    LatentBasis
-        Its metadata name the materials.
+        Called with every file in a folder that has the ending of a measurement but is not one.
 
     Raises
     ------
     FormatError
-        If an input does not exist or cannot be read, a material is anisotropic, or the output is no
-        `.safetensors` file or cannot be written.
+        If an input does not exist or cannot be read, a material is anisotropic, or the output is
+        not a `.safetensors` file or cannot be written.
     NacreError
         If the kind is unknown, an option is not for it, there are fewer than two materials, or
         training fails.

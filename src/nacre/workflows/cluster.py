@@ -1,4 +1,4 @@
-"""Fits on a Dask cluster: the cluster, and whether it can carry them out."""
+"""Fits on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -18,31 +18,31 @@ from nacre.workflows.watcher import Watcher
 from nacre.workflows.worker import Setup, check
 
 LOCAL = "local"
-"""Address that stands for worker processes on this machine, started for the run."""
+"""Address for worker processes on this machine, started for the run."""
 
 _SILENT = logging.CRITICAL + 1
-"""What goes wrong is told once, by an error that names the cluster."""
+"""Above all levels: one error that names the cluster tells what went wrong."""
 
 _IGNORE_INTERRUPTS = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
-"""Of local workers, which a terminal's Ctrl-C reaches too: this process ends them."""
+"""For local workers, which a terminal's Ctrl-C reaches too: this process ends them."""
 
 _MESSAGES = 200
-"""On progress, a second, from all workers together."""
+"""Most progress messages per second from all workers together."""
 
 
 class Cluster(Executor):
-    """Fits in the worker processes of a Dask cluster, as many at a time as these have threads.
+    """Fits in the worker processes of a Dask cluster, as many at a time as it has threads.
 
-    This process reads or hashes the measured files and takes what comes back.
+    This process reads or hashes the measured files and collects the results.
 
     Parameters
     ----------
     address
-        Of the scheduler, `tcp://host:8786` or `tls://host:8786`; or :data:`LOCAL`.
+        Address of the scheduler, `tcp://host:8786` or `tls://host:8786`; or :data:`LOCAL`.
     data
-        How workers come by the measured files: see :data:`nacre.workflows.submission.Data`.
+        How workers get the measured files: see :data:`nacre.workflows.submission.Data`.
     workers
-        Processes of a local cluster; one a core where None.
+        Processes of a local cluster; one per core if None.
     patience
         Seconds to wait for the scheduler, and for a worker while there is none.
     """
@@ -61,7 +61,7 @@ class Cluster(Executor):
     @contextmanager
     def open(self, fitting: Fitting, watcher: Watcher) -> Iterator[Stream]:
         distributed = require("distributed", "cluster")
-        # One message for each file that is sent along would tell nobody anything.
+        # Otherwise Dask warns about every file that is sent.
         settings = {"distributed.admin.large-graph-warning-threshold": "1 TiB"}
         with ExitStack() as stack:
             stack.enter_context(distributed.utils.silence_logging_cmgr(_SILENT))
@@ -81,7 +81,7 @@ class Cluster(Executor):
             yield Submission(client, setup, self._address, self._data, self._patience)
 
     def _client(self, distributed: Any, stack: ExitStack) -> Any:
-        """A client of the cluster, which is started if it is local."""
+        """A client of the cluster; a local cluster is started first."""
         place: Any = self._address
         if place == LOCAL:
             cluster = distributed.LocalCluster(
@@ -97,17 +97,21 @@ class Cluster(Executor):
         except OSError as error:
             text = f"no Dask scheduler has answered for {self._patience:g} s"
             raise self._error(text) from error
-        except (ValueError, RuntimeError, TypeError) as error:  # of a wrong address, or without TLS
+        except (
+            ValueError,
+            RuntimeError,
+            TypeError,
+        ) as error:  # wrong address, or no TLS
             raise self._error(f"cannot be used: {reason(error)}") from error
 
     def _check(self, client: Any, setup: Setup) -> None:
-        """Refuse workers that would all fail; later ones are checked by their first fit."""
+        """Refuse workers that would fail; those that join later are checked by their first fit."""
         for worker, error in client.run(check, setup, on_error="return").items():
             if isinstance(error, NacreError):
                 raise self._error(f"worker {worker}: {error}") from error
             if error is not None:
                 text = f"{type(error).__name__}: {reason(error)}"
-                raise self._error(f"worker {worker} has not this nacre: {text}") from error
+                raise self._error(f"worker {worker} does not have this nacre: {text}") from error
 
     def _error(self, text: str) -> NacreError:
         return NacreError(f"{self._address}: {text}")

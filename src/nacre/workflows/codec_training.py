@@ -1,11 +1,10 @@
-"""Codecs of textures trained into files, in several sittings if need be."""
+"""Training of texture codecs from files, which can be stopped and resumed."""
 
 from __future__ import annotations
 
 import glob
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,27 +20,8 @@ from nacre.textures.codecs.codec_file import save_codec
 from nacre.workflows.identity import source_files, source_fingerprint
 
 
-@dataclass(frozen=True, eq=False)
-class TrainedCodec:
-    """What :func:`train_codec` wrote.
-
-    Parameters
-    ----------
-    path
-        Of the file.
-    codec
-        What is in it.
-    nbytes
-        Size of the file.
-    """
-
-    path: Path
-    codec: TexelCodec
-    nbytes: int
-
-
 def kinds_with(setting: str) -> list[str]:
-    """Kinds of codecs whose recipe takes a setting."""
+    """The kinds of codecs whose recipe takes a setting."""
     return [kind for kind, codec in CODECS.members() if setting in codec.recipe_settings()]
 
 
@@ -56,12 +36,12 @@ def train_codec(
     events: PathLike | None = None,
     progress: Progress = silent,
     **settings: Any,
-) -> TrainedCodec | None:
+) -> TexelCodec | None:
     """Train a codec on textures and write it.
 
-    Until it is done, state beside the output (names that begin with `OUTPUT.state`) keeps what
-    there is: nothing is lost after Ctrl-C, and a minute at most when the process is killed. Codecs
-    that are :attr:`TexelCodec.journaled` leave a table of losses, `OUTPUT.journal.csv`.
+    During the training, a state beside the output (`OUTPUT.state*`) keeps the progress: Ctrl-C
+    loses nothing, and a killed process at most a minute. Codecs that are
+    :attr:`TexelCodec.journaled` also write a table of losses, `OUTPUT.journal.csv`.
 
     Parameters
     ----------
@@ -72,29 +52,27 @@ def train_codec(
     model
         Kind of codec, one of :data:`nacre.textures.codecs.CODECS`.
     pixels
-        What the pixels of folders of images hold, see :func:`nacre.textures.load`.
+        Meaning of the pixels in folders of images, see :func:`nacre.textures.load`.
     half
-        Whether weights are written in half precision.
+        Write weights in half precision.
     resume
-        Whether to go on where an earlier call was stopped.
+        Continue where an earlier call stopped.
     events
-        Folder for a log that TensorBoard reads.
-    progress
-        Called as the training goes on.
+        Folder for a TensorBoard log.
     settings
-        As :meth:`TexelCodec.recipe` of the kind takes them: `code_dim`, `steps`, `seed`, ...
+        Settings for :meth:`TexelCodec.recipe` of the kind: `code_dim`, `steps`, `seed`, ...
 
     Returns
     -------
-    TrainedCodec
-        None in all processes but the first where `torchrun` started several.
+    TexelCodec
+        None in all but the first process if `torchrun` started several.
 
     Raises
     ------
     FormatError
         If a texture cannot be read, or the output cannot be written.
     NacreError
-        If a setting is not for this kind of codec or is impossible, an earlier call was stopped and
+        If a setting is impossible or not for this kind of codec, an earlier call was stopped and
         `resume` is not given, or the training fails; see :meth:`TexelCodec.train`.
     """
     kind, output = CODECS.find(model), Path(output)
@@ -109,7 +87,7 @@ def train_codec(
         kinds = " and ".join(name for name, codec in CODECS.members() if codec.journaled)
         raise NacreError(f"events are for models of kind {kinds}, not {model}")
     if not kind.distributed and int(os.environ.get("WORLD_SIZE", "1")) > 1:
-        raise NacreError(f"a model of kind {model} is trained by one process; leave out torchrun")
+        raise NacreError(f"a model of kind {model} trains in one process; leave out torchrun")
     recipe = kind.recipe(**settings)
     state, journal = _beside(output, "state"), _beside(output, "journal.csv")
     check_not_inputs([output, state, *([journal] if kind.journaled else [])], files)
@@ -131,19 +109,11 @@ def train_codec(
     save_codec(codec, output, "half" if half else "single")
     for path in kind.state_files(state):
         remove_file(path)
-    return TrainedCodec(output, codec, output.stat().st_size)
+    return codec
 
 
 class _Unchanging:
-    """Opens textures again and again, as long as their files are what they were at first.
-
-    Parameters
-    ----------
-    load
-        Opens one.
-    paths
-        All of them.
-    """
+    """Opens textures again and again, as long as their files have not changed."""
 
     def __init__(self, load: Callable[[PathLike], Btf], paths: Sequence[PathLike]) -> None:
         self._load = load
@@ -152,12 +122,12 @@ class _Unchanging:
     def __call__(self, path: PathLike) -> Btf:
         texture = self._load(path)
         if source_fingerprint(path, source_files(path, texture)) != self.fingerprints[path]:
-            raise FormatError(f"{path}: has changed since the training began; begin it anew")
+            raise FormatError(f"{path}: has changed since the training began; start again")
         return texture
 
 
 def is_first_process() -> bool:
-    """Whether this is the only process that trains, or the first that `torchrun` started."""
+    """Whether this is the only training process, or the first of those `torchrun` started."""
     return os.environ.get("RANK", "0") == "0"
 
 
@@ -166,9 +136,9 @@ def _beside(output: Path, ending: str) -> Path:
 
 
 def _check_begun(output: Path, own: Sequence[Path], resume: bool) -> None:
-    """Refuse to begin where a training was stopped, or to go on with one of another model.
+    """Refuse to start over a stopped training, or to resume one of another kind.
 
-    States of the output begin with its name; `own` are those of this kind of model.
+    `own` are the states of this kind; any state of the output begins with its name.
     """
     begin = f"{output.name}.state"
     states = sorted(output.parent.glob(f"{glob.escape(begin)}*"))
@@ -176,10 +146,10 @@ def _check_begun(output: Path, own: Sequence[Path], resume: bool) -> None:
     if others:
         raise NacreError(
             f"{others[0]}: something else was stopped here, an encoding or another model; name "
-            f"another output, or remove {begin}* to begin anew"
+            f"another output, or remove {begin}* to start again"
         )
     if states and not resume:
         raise NacreError(
-            f"{states[0]}: a training was stopped here; add --resume to go on, or remove {begin}* "
-            "to begin anew"
+            f"{states[0]}: a training was stopped here; add --resume to continue, or remove "
+            f"{begin}* to start again"
         )

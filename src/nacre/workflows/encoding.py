@@ -1,4 +1,4 @@
-"""Textures encoded in little memory, in several sittings if need be."""
+"""Encoding of textures in little memory, which can be stopped and resumed."""
 
 from __future__ import annotations
 
@@ -31,27 +31,25 @@ from nacre.textures.latent_map import CodecFile, LatentMap
 from nacre.workflows.identity import source_files, source_fingerprint
 
 BLOCK = 1 << 28
-"""Bytes of values that are read at a time; two such blocks are in memory."""
+"""Bytes of values read at a time; two such blocks are in memory."""
 _COMPARED = 1 << 23
-"""Values of pairs of directions that are decoded to tell the error, about."""
-_SAVE_EVERY = 45.0
-
-_LARGEST = 1e100
-"""Of numbers in a state: sums of them stay finite."""
+"""Approximate number of decoded values from which the error is computed."""
+_SAVE_EVERY = 45.0  # seconds
+_LARGEST = 1e100  # number in a state, so that sums stay finite
 
 
 @dataclass(frozen=True, eq=False)
 class Encoding:
-    """What :func:`encode` found.
+    """The result of :func:`encode`.
 
     Parameters
     ----------
     codes
         Shape (height, width, code_dim).
     errors
-        Of what the codes decode to.
+        Errors of the decoded codes.
     compared
-        Pairs of directions a texel that the errors are of, drawn anew for every block of texels.
+        Pairs of directions per texel behind the errors, drawn anew for every block of texels.
     """
 
     codes: npt.NDArray[Any]
@@ -70,39 +68,36 @@ def encode(
     save_every: float = _SAVE_EVERY,
     progress: Progress = silent,
 ) -> Encoding:
-    """The codes of all texels of a texture, and how well they stand for it.
+    """The codes of all texels of a texture, and their errors.
 
     While some texels are encoded, the next are read.
 
     Parameters
     ----------
     btf
-        Read by runs of texels; see :func:`nacre.measured.textures.transposed` for one that lies in
-        images.
+        Read by runs of texels; see :func:`nacre.measured.textures.transposed` for textures stored
+        as images.
     codec
-        For its directions.
+        A codec for its directions.
     half
-        Whether codes are of half precision; errors are of the rounded ones.
+        Round codes to half precision; errors include the rounding.
     texels_per_block
-        That are read at a time; as many as :data:`BLOCK` holds where None.
+        Texels read at a time; as many as :data:`BLOCK` holds if None.
     state
-        File that keeps what is done, for a later call to go on from. It stays, for the caller to
-        remove once the codes are saved.
+        File with the progress, for a later call to resume. The caller removes it once the codes
+        are saved.
     fingerprint
-        What must be the same for that, besides what this function sees.
+        What else must be the same to resume, besides what this function sees.
     save_every
-        Seconds between times that it is written: no more is lost when the process is killed, and
-        nothing when it is interrupted by Ctrl-C.
-    progress
-        Called with the texels done.
+        Seconds between saves of the state: a killed process loses no more, and Ctrl-C nothing.
 
     Raises
     ------
     FormatError
-        If the texture cannot be read, or the state not be written.
+        If the texture cannot be read, or the state cannot be written.
     NacreError
-        If the codec is for other directions, a code is not finite, or the state is of another
-        encoding or damaged.
+        If the codec is for other directions, a code is not finite, or the state is damaged or
+        belongs to another encoding.
     """
     total = btf.texel_count
     step = texels_per_block or max(1, BLOCK // (12 * btf.pair_count))
@@ -140,7 +135,7 @@ def encode(
 
 
 def _restored(store: Store, codes: npt.NDArray[Any]) -> tuple[ErrorSums, int]:
-    """Errors, and how many texels are done, of an encoding that was stopped; fills in its codes."""
+    """Errors and number of texels from a stopped encoding; fills in its codes."""
     kept = store.load()
     if kept is None:
         return ErrorSums(), 0
@@ -155,22 +150,20 @@ def _restored(store: Store, codes: npt.NDArray[Any]) -> tuple[ErrorSums, int]:
 
 @dataclass(frozen=True, eq=False)
 class EncodedTexture:
-    """What :func:`encode_texture` wrote.
+    """The result of :func:`encode_texture`.
 
     Parameters
     ----------
-    path
-        Of the file.
-    latent
-        What is in it.
+    path, latent
+        The written file, and its content.
     errors, compared
         See :class:`Encoding`.
     seconds
-        That reading and encoding took.
+        Time for reading and encoding.
     source_nbytes, nbytes
-        Sizes of all files of the source, and of the file written.
+        Bytes of all files of the source, and of the written file.
     beside
-        The codec's file, if it must stay beside the file written; else None.
+        The codec file, if it must stay beside the written file.
     """
 
     path: Path
@@ -198,8 +191,8 @@ def encode_texture(
 ) -> EncodedTexture:
     """Encode a texture into a file, in little memory.
 
-    Until all is done, a state beside the output keeps the codes: nothing is lost after Ctrl-C, and
-    a minute at most when the process is killed.
+    During the work, a state beside the output keeps the codes: Ctrl-C loses nothing, and a killed
+    process at most a minute.
 
     Parameters
     ----------
@@ -208,44 +201,37 @@ def encode_texture(
     output
         File (`.safetensors`) to write.
     model
-        File of the codec; the pretrained one where None.
+        Codec file; the pretrained one if None.
     directions
-        List of directions (`.csv`) of the images in the folder `source`, where it is not there.
+        List of directions (`.csv`) for the folder of images `source`, if it is not in the folder.
     pixels
-        What the pixels of a folder of images hold, see :func:`nacre.textures.load`.
+        Meaning of the pixels in a folder of images, see :func:`nacre.textures.load`.
     reference
-        Whether the file names the codec's file, which must then stay beside it unless it is the
-        pretrained one; else the codec is written into it.
-    half
-        Whether codes are of half precision.
-    texels_per_block
-        Texels that are read at a time; as many as :data:`BLOCK` holds where None.
+        Write the name of the codec file instead of the codec; the file must then stay beside the
+        output unless it is the pretrained one.
+    half, texels_per_block
+        See :func:`encode`.
     resume
-        Whether to go on where an earlier call was stopped.
-    progress
-        Called with pictures read, then texels done.
+        Continue where an earlier call stopped.
 
     Raises
     ------
     FormatError
         If a file cannot be read or written, or is of another kind.
     NacreError
-        If an earlier call was stopped and `resume` is not given, the state is of another encoding,
-        or the codec is for other directions.
+        If an earlier call was stopped and `resume` is not given, the state belongs to another
+        encoding, or the codec is for other directions.
     """
     source, output, model = Path(source), check_latent_path(output), codec_path(model)
     included = model in PRETRAINED.values()
     if reference and not included and model.resolve().parent != output.resolve().parent:
-        raise FormatError(
-            f"{model}: is not in the folder of {output}, as a model that is only named must be; "
-            "copy it there, or embed it"
-        )
+        raise FormatError(f"{model}: is not in the folder of {output}; copy it there, or embed it")
     state = output.with_name(f"{output.name}.state")
     check_not_inputs([output, state], [source, model, *([directions] if directions else [])])
     check_writable(output)
     if state.exists() and not resume:
         raise NacreError(
-            f"{state}: an encoding or a training was stopped here; add --resume to go on with the "
+            f"{state}: an encoding or a training was stopped here; add --resume to continue the "
             "same command, or remove the file"
         )
     codec = load_codec(model)
@@ -253,7 +239,7 @@ def encode_texture(
         raise FormatError(f"{source}: a list of directions is for a folder of images; leave it out")
     btf = load_btf(source, quantity=pixels, directions=directions)
     files, model_digest = source_files(source, btf), digest(model)
-    nbytes = sum(path.stat().st_size for path in files)  # who knows whether they stay
+    nbytes = sum(path.stat().st_size for path in files)  # the files may be gone later
     listed = "" if directions is None else digest(Path(directions))
     fingerprint = f"{source_fingerprint(source, files)} {pixels} {model_digest} {listed}"
     began = time.monotonic()
@@ -290,7 +276,7 @@ def encode_texture(
 
 
 def _read_ahead(btf: Btf, start: int, step: int) -> Iterator[tuple[slice, Floats]]:
-    """Runs of texels from one on; the next is read while one is used."""
+    """Runs of texels from `start` on; the next is read while one is used."""
     total = btf.texel_count
     blocks = [slice(first, min(first + step, total)) for first in range(start, total, step)]
     with ThreadPoolExecutor(1, "texels") as reader:

@@ -1,4 +1,4 @@
-"""Ways to carry out the fits of a run: what they have in common, and threads of this process."""
+"""Executors, which carry out the fits of a run: their base class, and threads."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from nacre.workflows.watcher import Watcher
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """A measured file that is to be fitted, and what is known of it so far.
+    """A measured file to fit, and what is known about it so far.
 
-    `progress` is called as the fit goes on, from one thread at a time.
+    `progress` is called during the fit, from one thread at a time.
     """
 
     path: Path
@@ -34,21 +34,21 @@ class Job:
 
 
 Results: TypeAlias = Generator[tuple[Job, Fit], None, None]
-"""Jobs with what came of them, in any order."""
+"""Jobs with their fits, in any order."""
 
 Stream: TypeAlias = Callable[[Iterator[Job]], Results]
-"""Carries out jobs: takes the next one when there is room for it, and gives each back once.
+"""Carries out jobs: takes the next when there is room, and returns each once.
 
-When it is closed before its end it gives up what it has taken.
+If it is closed before its end, it abandons the jobs that it has taken.
 """
 
 
 class Executor(abc.ABC):
-    """A way to carry out fits. It reads measured files, and writes nothing."""
+    """A way to carry out fits; it reads measured files and writes nothing."""
 
     @abc.abstractmethod
     def open(self, fitting: Fitting, watcher: Watcher) -> AbstractContextManager[Stream]:
-        """Make ready for a run; the block gets what carries out its jobs.
+        """Prepare a run; the block gets the stream for its jobs.
 
         Raises
         ------
@@ -60,16 +60,13 @@ class Executor(abc.ABC):
 
 
 class _Stopped(BaseException):
-    """Ends a fit that nobody waits for any more; no error of the material."""
+    """Ends a fit that nobody waits for any more; not an error of the material."""
 
 
 class Threads(Executor):
-    """Fits in threads of this process; most of a fit runs without Python's lock.
+    """Fits in `count` threads of this process, one per core if None.
 
-    Parameters
-    ----------
-    count
-        Materials at a time, and most in memory at a time; one a core where None.
+    Most of a fit runs without Python's lock. At most `count` materials are in memory.
     """
 
     def __init__(self, count: int | None = None) -> None:
@@ -101,6 +98,6 @@ class Threads(Executor):
                         return
                     for future in wait(running, return_when=FIRST_COMPLETED).done:
                         yield running.pop(future), future.result()
-            finally:  # an interrupt must not wait for what has not begun
+            finally:  # an interrupt must not wait for jobs that have not begun
                 stopped.set()
                 pool.shutdown(wait=False, cancel_futures=True)

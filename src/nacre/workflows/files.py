@@ -1,4 +1,4 @@
-"""Lone files of materials, each fitted into a file of its own."""
+"""Fits of single files of materials, each into its own file."""
 
 from __future__ import annotations
 
@@ -22,17 +22,7 @@ from nacre.workflows.watcher import Watcher, begun
 
 @dataclass(frozen=True)
 class FittedFile:
-    """What came of one file.
-
-    Parameters
-    ----------
-    source
-        Measured file.
-    output
-        Fitted file; not written where the fit failed.
-    fit
-        The fit, or why there is none.
-    """
+    """A measured file and its fit; the output was not written if the fit failed."""
 
     source: Path
     output: Path
@@ -42,7 +32,7 @@ class FittedFile:
 def output_paths(
     paths: Sequence[PathLike], output: str | os.PathLike[str] | None, ending: str
 ) -> list[Path]:
-    """The file that the fit of each file is written to.
+    """The file for the fit of each measured file.
 
     Parameters
     ----------
@@ -50,14 +40,14 @@ def output_paths(
         Measured files.
     output
         A file, for a single path; a folder, which is made; or None for the current folder. A name
-        is a folder's if it ends in a slash, is one already, or is for several files.
+        means a folder if it ends in a slash, is a folder already, or is for several files.
     ending
-        Of files in a folder, with the dot.
+        Ending of files in a folder, with the dot.
 
     Raises
     ------
     FormatError
-        If the output does not fit the number of files, or two would have the same name.
+        If the output does not suit the number of files, or two would have the same name.
     """
     sources = [Path(path) for path in paths]
     folder = Path(output or ".")
@@ -75,7 +65,7 @@ def output_paths(
     folder.mkdir(parents=True, exist_ok=True)
     targets = [folder / f"{path.stem}{ending}" for path in sources]
     if len(set(targets)) < len(targets):
-        raise FormatError("two files would be written to the same name; fit them into two folders")
+        raise FormatError("two fits would have the same name; write them to two folders")
     return targets
 
 
@@ -87,7 +77,7 @@ def fit_files(
     executor: Executor | None = None,
     watcher: Watcher | None = None,
 ) -> list[FittedFile]:
-    """Fit files, each into a file of its own; what goes wrong with one costs only that one.
+    """Fit files, each into its own file; a failure affects only its own file.
 
     Parameters
     ----------
@@ -95,13 +85,8 @@ def fit_files(
         Measured files.
     outputs
         The file to write for each; see :func:`output_paths`.
-    fitting
-        What to fit; networks by the recommended recipe where None.
-    executor
-        What carries out the fits; where None, threads, one a core, or a stack on the device that
-        `fitting` names.
-    watcher
-        Hears how the fits go on.
+    fitting, executor, watcher
+        See :func:`nacre.workflows.fit_library`.
 
     Returns
     -------
@@ -148,7 +133,7 @@ def fit_files(
 
 
 def _written(source: Path, output: Path, fit: Fit) -> Fit:
-    """Write the content of a fit; the fit without it."""
+    """Write the content of a fit, and return the fit without it."""
     error = fit.error
     if error is None:
         try:

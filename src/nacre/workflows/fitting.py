@@ -1,4 +1,4 @@
-"""What is fitted to each material, and the files that hold it."""
+"""What is fitted to each material, and the files for it."""
 
 from __future__ import annotations
 
@@ -33,40 +33,28 @@ _ENCODERS: dict[str, Callable[[Any], bytes]] = {
     ".safetensors": neural_file.encode,
     ".json": analytic_file.encode,
 }
-"""Of formats whose content needs no file."""
+"""Encoders of formats whose content can be made without a file."""
 
 
 class Fitting(abc.ABC):
-    """A way to make of a measured material one that is written to a file of its own."""
+    """A kind of fit to a measured material, and the kind of file it is written to."""
 
     holds: ClassVar[str]
     """What such files hold: "neural" or "analytic"."""
     ending: str
-    """Of the files that are written, with the dot."""
+    """Ending of the written files, with the dot."""
 
     @property
     @abc.abstractmethod
     def settings(self) -> Mapping[str, Any]:
-        """All that decides what comes out of a material, as JSON has it."""
+        """Everything that determines the fit to a material, as values for JSON."""
 
     @abc.abstractmethod
     def fit(self, brdf: Brdf, progress: Progress) -> Brdf:
-        """The fit to a reflectance.
-
-        Raises
-        ------
-        NacreError
-            If it cannot be fitted.
-        """
+        """The fit to a reflectance; raises a NacreError if it cannot be fitted."""
 
     def encode(self, fitted: Any) -> bytes:
-        """The content of the file of a fit.
-
-        Raises
-        ------
-        NacreError
-            If it cannot be written.
-        """
+        """The content of the file for a fit; raises a NacreError if it cannot be written."""
         if encode := _ENCODERS.get(self.ending):
             return encode(fitted)
         with tempfile.TemporaryDirectory() as folder:
@@ -76,20 +64,14 @@ class Fitting(abc.ABC):
 
     @abc.abstractmethod
     def losses(self, fitted: Any) -> dict[str, float]:
-        """How good a fit, which :meth:`fit` gave, is, by name."""
+        """Losses of a fit by name."""
 
     @abc.abstractmethod
     def summary(self, fitted: Any) -> str:
         """A fit in one line."""
 
     def check(self) -> None:
-        """Raise what any fit would raise, whatever the material.
-
-        Raises
-        ------
-        NacreError
-            If nothing can be fitted in this way on this machine, or written to such files.
-        """
+        """Raise a NacreError if this machine cannot make such fits, or write them to such files."""
         name = f"*{self.ending}"
         entry = target(name)
         if entry.holds not in ("", self.holds):
@@ -97,21 +79,21 @@ class Fitting(abc.ABC):
 
     @property
     def deciding(self) -> tuple[Any, ...]:
-        """Functions and classes that decide, by their code, what comes out of a material."""
+        """Functions and classes whose code determines the fit to a material."""
         return (type(self),)
 
     def code(self, path: PathLike | None = None) -> str | None:
-        """Fingerprint of the code that decides what comes out of a file, or of any file.
+        """Fingerprint of the reader, fit and writer for a file, or for files of any format.
 
-        It is that of the reader, the fit and the writer. None where the file is of no known format,
-        or some of the code has no source, as in an interactive session.
+        None if the format is unknown, or some of the code has no source, as in an interactive
+        session.
         """
         try:
             reader = "nacre.formats:FORMATS" if path is None else place_of(_reader(path))
             writer = _ENCODERS.get(self.ending) or target(f"*{self.ending}").save
             places = {reader, *map(place_of, (*self.deciding, writer))}
             return code_fingerprint(*sorted(places))
-        except (NacreError, ValueError, OSError, SyntaxError):  # of source that is being edited
+        except (NacreError, ValueError, OSError, SyntaxError):  # the source is being edited
             return None
 
     @property
@@ -123,22 +105,20 @@ class Fitting(abc.ABC):
 
 @dataclass(frozen=True)
 class NetworkFitting(Fitting):
-    """Neural materials, in `.safetensors` files.
+    """Fits of networks.
 
     Parameters
     ----------
     recipe
-        Settings of :func:`nacre.fit`; for `.h5` files of the paper's inputs, where it leaves them
-        open.
+        Settings of :func:`nacre.fit`; if they leave the inputs open, `.h5` files get the paper's.
     device
         None for the compiled CPU kernel, or a PyTorch device.
     ending
-        Of the files: `.safetensors`, or `.h5` as the paper's authors have it.
+        `.safetensors`, or `.h5`, the format of the paper's authors.
     prior
-        Whether few samples are seen in the light of what other materials are like; see
-        :mod:`nacre.latent.estimates`.
+        Use what other materials are like for few samples; see :mod:`nacre.latent.estimates`.
     free_scale
-        Whether few samples may all be wrong by one factor.
+        Also find one factor that scales all of few samples.
     """
 
     holds: ClassVar[str] = "neural"
@@ -170,7 +150,7 @@ class NetworkFitting(Fitting):
         return few.kept_by(fitted) if few else fitted
 
     def estimate(self, brdf: Brdf) -> estimates.Estimate | None:
-        """What is fitted in place of a material that is known from few samples."""
+        """What to fit instead of a material known from few samples; else None."""
         if not self.prior or not isinstance(brdf, ScatteredBrdf) or not estimates.is_few(brdf):
             return None
         return estimates.estimate(brdf, free_scale=self.free_scale)
@@ -184,7 +164,7 @@ class NetworkFitting(Fitting):
         return f"{memory}, {fitted.loss_text()}{_validation(fitted.metadata['quality'])}{known}"
 
     def check(self) -> None:
-        """See :class:`Fitting`; raises also where PyTorch has no such device, or is not there."""
+        """See :class:`Fitting`; also raises if PyTorch or the device is missing."""
         super().check()
         found = self.recipe.chosen_inputs, self.recipe.hidden_activation
         if self._keras and found != (PAPER, RELU):
@@ -201,17 +181,7 @@ class NetworkFitting(Fitting):
 
 @dataclass(frozen=True)
 class AnalyticFitting(Fitting):
-    """Analytic models, in `.json` files.
-
-    Parameters
-    ----------
-    model
-        Class of the model.
-    options
-        Keywords of :func:`nacre.analytic.fit` that are not left at their defaults.
-    ending
-        Of the files.
-    """
+    """Fits of an analytic model, with keywords of :func:`nacre.analytic.fit` as options."""
 
     holds: ClassVar[str] = "analytic"
     model: type[AnalyticBrdf]
@@ -227,11 +197,11 @@ class AnalyticFitting(Fitting):
         return analytic.fit, self.model
 
     def check(self) -> None:
-        """See :class:`Fitting`; raises also where the files hold another model."""
+        """See :class:`Fitting`; also raises if the files hold another model."""
         super().check()
         held = target(f"*{self.ending}").model
         if held and self.model.model not in (held, f"{held}-anisotropic"):
-            raise FormatError(f"*{self.ending}: files hold {held} materials: --model {held}")
+            raise FormatError(f"*{self.ending}: files hold {held} materials; add --model {held}")
 
     def fit(self, brdf: Brdf, progress: Progress) -> AnalyticBrdf:
         check_target(f"{brdf.name or 'fit'}{self.ending}", brdf)
@@ -245,18 +215,16 @@ class AnalyticFitting(Fitting):
 
 
 def _reader(path: PathLike) -> Callable[..., Brdf]:
-    """The function that reads the material in a file."""
     entry = identify(path)
     return entry.load_material or entry.load
 
 
 def _finite(values: Mapping[str, float]) -> dict[str, float]:
-    """Those that JSON can hold."""
     return {name: float(value) for name, value in values.items() if math.isfinite(value)}
 
 
 def _validation(quality: Mapping[str, Any]) -> str:
-    """What is known of the held-out samples of a scan; empty for any other material."""
+    """Errors at the held-out samples of a scan; empty for other materials."""
     if "held_out_samples" not in quality:
         return ""
     errors = (

@@ -1,4 +1,4 @@
-"""Whether the files of a texture are those of an earlier time, without reading them."""
+"""Detection of changes in the files of a texture, without reading them."""
 
 from __future__ import annotations
 
@@ -14,20 +14,15 @@ from nacre.measured.textures.photographs import LIST
 
 
 def source_files(path: PathLike, texture: Btf | None = None) -> list[Path]:
-    """All files of a texture: one; or of images, the list of their directions and all of them.
+    """All files of a texture: a single file, or images and the list of their directions.
 
-    Parameters
-    ----------
-    path
-        As :func:`nacre.load` takes it.
-    texture
-        What that gave, where it was called before: headers of images are read once.
+    `texture` is the result of :func:`nacre.load` for the path, if there is one already, so that
+    headers of images are read only once.
 
     Raises
     ------
     FormatError
-        As :func:`nacre.load`, though of a single file no more than its first bytes is
-        read.
+        As :func:`nacre.load`, but only the first bytes of a single file are read.
     """
     path = Path(path)
     if texture is None and identify(path).claims_folder:
@@ -39,21 +34,15 @@ def source_files(path: PathLike, texture: Btf | None = None) -> list[Path]:
 
 
 def source_fingerprint(path: PathLike, files: Sequence[Path] | None = None) -> str:
-    """SHA-256, in hexadecimal, of names, sizes and times of change of all files of a texture.
+    """SHA-256, in hexadecimal, of the names, sizes and times of change of a texture's files.
 
-    A folder keeps it when it is moved, not when it is renamed or copied without its times.
-
-    Parameters
-    ----------
-    path
-        As :func:`source_files` takes it.
-    files
-        What that gave, if it was called before.
+    It survives moving a folder, but not renaming it or copying it without times. `files` is the
+    result of :func:`source_files` for the path, if there is one already.
 
     Raises
     ------
     FormatError
-        As :func:`source_files`, or if a file is not there.
+        As :func:`source_files`, or if a file is missing.
     """
     path = Path(path)
     folder = path if path.is_dir() else path.parent

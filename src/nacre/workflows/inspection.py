@@ -1,4 +1,4 @@
-"""What a file of any kind holds: facts about it, and their units."""
+"""Facts about a file of any kind, with their units."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ _UNITS = {
     "bytes": "bytes",
     "training loss": "mean log-cosine loss",
     "held out loss": "mean log-cosine loss",
-    "environment psnr": "dB, of spheres in an environment, to what it was fitted to",
-    "directional psnr": "dB, of spheres in directional light, to what it was fitted to",
-    "rounding psnr": "dB, of spheres, to the network in single precision",
+    "environment psnr": "dB, spheres in an environment, against the fitted material",
+    "directional psnr": "dB, spheres in directional light, against the fitted material",
+    "rounding psnr": "dB, spheres, against the network in single precision",
     "angle of the axes": "degrees",
-    "plausible albedo from": "red, green, blue: of light along the normal; 5 % are below",
-    "plausible albedo to": "red, green, blue: of light along the normal; 5 % are above",
-    "f_r known within a factor": "median of pairs of directions, 90 %",
+    "plausible albedo from": "red, green, blue, for light along the normal; 5 % are below",
+    "plausible albedo to": "red, green, blue, for light along the normal; 5 % are above",
+    "f_r known within a factor": "median over pairs of directions, 90 %",
 }
 """Units of the facts about a reflectance."""
 _TEXTURE_UNITS = {
@@ -48,47 +48,34 @@ _TEXTURE_UNITS = {
     "bytes as half floats": "bytes",
     "bytes": "bytes",
 }
-"""Units of the facts about a texture; values are of a sample of it."""
+"""Units of the facts about a texture; values come from a sample of it."""
 
 
 @dataclass(frozen=True)
 class Inspection:
-    """What a file holds.
+    """What a file holds."""
 
-    Parameters
-    ----------
-    kind
-        "brdf", "btf", or what else a file of nacre is: "codec", "basis", "code", "map".
-    facts
-        By name, in the order to show them.
-    units
-        Of those that have one.
-    brdf
-        The reflectance, if it is one.
-    """
-
-    kind: str
-    facts: Mapping[str, Any]
-    units: Mapping[str, str]
+    kind: str  # "brdf", "btf", "codec", "basis", "code" or "map"
+    facts: Mapping[str, Any]  # in the order to show them
+    units: Mapping[str, str]  # of the facts that have one
     brdf: Brdf | None = None
 
 
 def inspect(path: PathLike, *, physics: bool = True, pixels: Quantity | None = None) -> Inspection:
-    """Look into a file.
+    """Facts about a material, or another file that nacre writes.
 
     Parameters
     ----------
-    path
-        A material, or another file that nacre writes.
     physics
-        Integrate energy, reciprocity and anisotropy of a reflectance.
+        Compute energy, reciprocity and anisotropy of a reflectance.
     pixels
-        What the pixels of a folder of images mean; see :func:`nacre.load`.
+        Meaning of the pixels in a folder of images; see :func:`nacre.load`.
 
     Raises
     ------
     FormatError
-        If it cannot be read, is of no known kind, or is no folder of images and `pixels` is given.
+        If the file cannot be read or is of no known kind, or if `pixels` is given for something
+        other than a folder of images.
     """
     path = resolve(path)
     other = _other(path)
@@ -100,7 +87,7 @@ def inspect(path: PathLike, *, physics: bool = True, pixels: Quantity | None = N
     if entry.kind == "brdf":
         return _reflectance(path, load_brdf(path), physics)
     if pixels is not None and entry.claims_folder is None:
-        raise FormatError(f"{path}: says what its values are; --pixels is for folders of images")
+        raise FormatError(f"{path}: defines its values itself; --pixels is for folders of images")
     texture = load_btf(path, quantity=pixels)
     if texture.texel_count == 1 and entry.load_material is not None:
         return _reflectance(path, load_brdf(path), physics)
@@ -132,13 +119,13 @@ def _reflectance(path: Path, brdf: Brdf, physics: bool) -> Inspection:
 
 
 def _terms(source: Mapping[str, str] | None) -> dict[str, str]:
-    """Terms of use that lie beside a file, where there are some."""
+    """The terms of use beside a file, if any."""
     terms = (source or {}).get("terms")
     return {"terms": terms} if terms else {}
 
 
 def _other(path: Path) -> Inspection | None:
-    """A file of nacre's own that is no material."""
+    """Facts about a file of nacre that is not a material; None for other files."""
     from nacre.latent.file import KEY as BASIS
     from nacre.latent.file import is_code, load_basis
     from nacre.textures.codecs.codec_file import KEY as CODEC
@@ -174,7 +161,7 @@ def _code_facts(path: Path) -> dict[str, Any]:
             "basis sha256": content["basis"],
         }
     except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise FormatError(f"{path}: is not a whole code: {reason(error)}") from error
+        raise FormatError(f"{path}: is not a complete code: {reason(error)}") from error
 
 
 def _known(facts: Mapping[str, Any], units: Mapping[str, str]) -> dict[str, str]:

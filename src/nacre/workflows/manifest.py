@@ -1,9 +1,9 @@
-"""What a library holds, and from what it was made.
+"""The manifest of a library: which fits it holds, and from which files.
 
-The manifest is a file of lines, a JSON object each, in the folder of the fits. A line is added when
-a material is begun or finished; of several on one material the last counts. A line that is not
-whole, which a killed process or a full disk may leave, is ignored, and so costs no more than its
-own material. At the end of a run the file is written anew with one line a material.
+It is a file with one JSON object per line, in the folder of the fits. A line is added when a
+material is begun or finished; the last line about a material counts. An incomplete line, which a
+killed process or a full disk may leave, is ignored and so costs only its own material. At the end
+of a run the file is rewritten with one line per material.
 """
 
 from __future__ import annotations
@@ -20,49 +20,25 @@ from nacre.errors import FormatError
 from nacre.io.files import PathLike, append_line, atomic_path, check_regular
 
 MANIFEST = "library.jsonl"
-"""Name of the file."""
-
-_SIZE_LIMIT = 1 << 28
-"""Bytes that are read: lines of about 500,000 materials, or of half as many while a run works."""
+_SIZE_LIMIT = 1 << 28  # bytes: about 500,000 materials, or half as many during a run
 
 
 @dataclass(frozen=True)
 class Record:
     """One material of a library.
 
-    Parameters
-    ----------
-    source
-        Measured file, relative to the folder that was given.
-    sha256, size, modified
-        Of that file: SHA-256 in hexadecimal, bytes, and time of last change in ns. None where the
-        file could not be read.
-    settings
-        SHA-256 of the settings of the fit.
-    nacre
-        Version that fitted it.
-    output
-        Fitted file, relative to the library's folder.
-    output_sha256
-        Of that file; None of a failure.
-    losses
-        What the fit reports: of a network training and held-out loss.
-    seconds
-        That the fit took.
-    error
-        Why there is no fit; None where there is one.
-    code
-        Fingerprint of the code that decided it, see :meth:`nacre.workflows.Fitting.code`; None
-        where it is not known, as of fits of nacre 0.1.0.
+    `sha256`, `size` and `modified` describe the measured file, and are None if it could not be
+    read. `code` is that of :meth:`nacre.workflows.Fitting.code`, None if it is not known, as for
+    fits by nacre 0.1.0. A failure has an `error` and no `output_sha256`.
     """
 
-    source: str
-    sha256: str | None
-    size: int | None
-    modified: int | None
-    settings: str
-    nacre: str
-    output: str
+    source: str  # measured file, relative to the given folder
+    sha256: str | None  # in hexadecimal
+    size: int | None  # bytes
+    modified: int | None  # time of the last change in ns
+    settings: str  # SHA-256 of the settings of the fit
+    nacre: str  # version that made the fit
+    output: str  # fitted file, relative to the library
     output_sha256: str | None = None
     losses: dict[str, float] = field(default_factory=dict)
     seconds: float = 0.0
@@ -71,26 +47,19 @@ class Record:
 
     @property
     def _material(self) -> tuple[str, str]:
-        """A source may have a neural and an analytic fit in one library."""
+        """A source may have both a neural and an analytic fit in a library."""
         return self.source, PurePosixPath(self.output).suffix
 
 
 _TYPES: dict[str, Any] = get_type_hints(Record) | {"losses": dict, "seconds": int | float}
-"""Of the fields in a file, which anyone may have edited, as JSON has them."""
+"""JSON types of the fields in a file, which anyone may have edited."""
 
 
 class Manifest:
-    """The manifest of one folder; threads may share it, processes may not.
+    """The manifest of a folder; threads may share it, processes may not.
 
-    Parameters
-    ----------
-    folder
-        Where it is, or is made when the first record is kept.
-
-    Raises
-    ------
-    FormatError
-        If there is one that cannot be read.
+    The file is made when the first record is kept. A FormatError is raised if there is a file that
+    cannot be read.
     """
 
     def __init__(self, folder: PathLike) -> None:
@@ -115,22 +84,20 @@ class Manifest:
             raise FormatError(f"{self.path}: cannot be read: {error.strerror}") from error
 
     def records(self) -> list[Record]:
-        """Every record, one a fitted file, by the names of these."""
+        """All records, one per fitted file, sorted by its name."""
         with self._lock:
             return [self._records[output] for output in sorted(self._records)]
 
     def find(self, output: str) -> Record | None:
-        """The record of a fitted file, given relative to the folder; None where there is none."""
+        """The record of a fitted file, named relative to the folder; None if there is none."""
         with self._lock:
             return self._records.get(output)
 
     def keep(self, record: Record) -> None:
         """Add a record, or replace that of the same material, here and in the file.
 
-        Raises
-        ------
-        FormatError
-            If the file cannot be written; the record counts until the process ends.
+        A FormatError is raised if the file cannot be written; the record then counts until the
+        process ends.
         """
         with self._lock:
             self._add(record)
@@ -141,9 +108,9 @@ class Manifest:
                 raise FormatError(f"{self.path}: cannot be written: {reason}") from error
 
     def tidy(self, wanted: Container[str]) -> None:
-        """Write the file anew: one line a material, and of failures only the `wanted` outputs'.
+        """Rewrite the file with one line per material, and only the `wanted` outputs' failures.
 
-        Where it cannot be written, as on a full disk, it stays as it is, which says the same.
+        If that fails, as on a full disk, the old file stays, with the same meaning.
         """
         with self._lock:
             for output, record in list(self._records.items()):
@@ -163,7 +130,7 @@ class Manifest:
         self._records[record.output] = record
 
     def _append(self, line: str) -> None:
-        """Add a line to the file on disk; apart, so that a full disk can be tried."""
+        """Add a line to the file; a method, so that tests can simulate a full disk."""
         append_line(self.path, line)
 
 
@@ -172,7 +139,7 @@ def _line(record: Record) -> str:
 
 
 def _parse(line: str) -> Record | None:
-    """The record in a line; None where it is not whole."""
+    """The record in a line; None if it is incomplete."""
     try:
         content: Any = json.loads(line)
     except (ValueError, RecursionError):

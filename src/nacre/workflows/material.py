@@ -1,4 +1,4 @@
-"""One material of a library: from its file to the content of the fitted one."""
+"""The fit of one material, from the measured file to the content of the fitted one."""
 
 from __future__ import annotations
 
@@ -17,37 +17,20 @@ from nacre.workflows.fitting import Fitting
 
 @dataclass(frozen=True)
 class Fit:
-    """What came of one material.
+    """The fit of one material, or the error that prevented it."""
 
-    Parameters
-    ----------
-    content
-        Of the fitted file.
-    sha256
-        Of the measured file, in hexadecimal.
-    losses
-        What the fit reports.
-    seconds
-        That the fit took.
-    error
-        Why there is no fit; None where there is one.
-    summary
-        The fit in one line.
-    """
-
-    content: bytes = b""
-    sha256: str | None = None
+    content: bytes = b""  # of the fitted file
+    sha256: str | None = None  # of the measured file, in hexadecimal
     losses: Mapping[str, float] = field(default_factory=dict)
     seconds: float = 0.0
     error: str | None = None
-    summary: str = ""
+    summary: str = ""  # the fit in one line
 
 
 def fit_file(path: Path, fitting: Fitting, progress: Progress) -> Fit:
-    """Fit one measured file, and write nothing; errors become text.
+    """Fit one measured file without writing anything.
 
-    They must not be kept: an error holds the frames that it went through, and they hold the
-    material.
+    Errors become text, because an exception would keep the material alive through its frames.
     """
     try:
         progress("reading", 0, 1, "")
@@ -61,20 +44,14 @@ def fit_file(path: Path, fitting: Fitting, progress: Progress) -> Fit:
 
 
 def finished(fitting: Fitting, fitted: Brdf, sha256: str | None, seconds: float) -> Fit:
-    """What there is to say of a fit that took so many seconds.
-
-    Raises
-    ------
-    NacreError
-        If it cannot be written.
-    """
+    """The outcome of a fit that took so many seconds; a NacreError if it cannot be written."""
     content, losses = fitting.encode(fitted), fitting.losses(fitted)
     summary = fitting.summary(fitted)
     return Fit(content, sha256, losses, round(seconds, 3), summary=summary)
 
 
 def explain(error: Exception, path: Path) -> str:
-    """What went wrong with a measured file, on one line that leaves out its name."""
+    """What went wrong with a measured file, in one line without its name."""
     if isinstance(error, NacreError):
         text = str(error).removeprefix(f"{printable(str(path))}: ")
     elif is_shortage(error):

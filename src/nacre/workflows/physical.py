@@ -1,4 +1,4 @@
-"""Reflectance that is made reciprocal and limited in energy on its way to a file."""
+"""Reflectances made reciprocal and energy conserving as they are written."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from nacre.metrics.physics import reciprocity_error
 from nacre.sampling.energy import albedos, views
 from nacre.sampling.projection import Projection
 
-_LIMIT = 0.995  # of the albedo; the rest is for what a table interpolates
+_LIMIT = 0.995  # of the albedo; leaves room for the interpolation of a table
 _TRIES = 4
 _VIEWS = 96, 24
 _PAIRS = 1 << 14
@@ -24,21 +24,11 @@ _PAIRS = 1 << 14
 
 @dataclass(frozen=True)
 class Change:
-    """What writing a reflectance as a physical one has changed.
+    """How a reflectance differs in the file; pairs are before and after."""
 
-    Parameters
-    ----------
-    reciprocity
-        :func:`nacre.metrics.physics.reciprocity_error` before and in the file.
-    albedo
-        The largest directional albedo of a channel before and in the file.
-    median
-        Of the difference between file and source relative to f_r, over pairs of directions.
-    """
-
-    reciprocity: tuple[float, float]
-    albedo: tuple[float, float]
-    median: float
+    reciprocity: tuple[float, float]  # nacre.metrics.physics.reciprocity_error
+    albedo: tuple[float, float]  # the largest directional albedo of a channel
+    median: float  # of the difference relative to f_r, over pairs of directions
 
     def __str__(self) -> str:
         before, after = self.reciprocity
@@ -50,19 +40,10 @@ class Change:
 
 
 def write_physical(brdf: Brdf, path: Path, write: Callable[[Brdf, Path], object]) -> Change:
-    """Write the :class:`nacre.sampling.projection.Projection` of a reflectance.
+    """Write the :class:`nacre.sampling.projection.Projection` of a reflectance with `write`.
 
-    Where the file that comes of it still has an albedo above 1, it is written again with a limit
-    that is as much lower.
-
-    Parameters
-    ----------
-    brdf
-        Any reflectance that is known at all pairs of directions.
-    path
-        File to write.
-    write
-        Writes a reflectance to a path.
+    If an albedo in the file is still above 1, it is written again with a lower limit. The
+    reflectance must be known at all pairs of directions.
 
     Raises
     ------
@@ -75,21 +56,21 @@ def write_physical(brdf: Brdf, path: Path, write: Callable[[Brdf, Path], object]
     for _ in range(_TRIES):
         write(Projection(brdf, limit), path)
         written = load_brdf(path)
-        largest = largest_albedo(written)
+        largest = _largest_albedo(written)
         if largest <= 1.0:
             break
         limit *= _LIMIT / largest
     else:
-        raise NacreError(f"{path}: reflects {largest:.3f} of the light; a finer table would not")
+        raise NacreError(f"{path}: reflects {largest:.3f} of the light; choose a finer table")
     return Change(
         (float(reciprocity_error(brdf).value), float(reciprocity_error(written).value)),
-        (largest_albedo(brdf), largest),
+        (_largest_albedo(brdf), largest),
         angular_errors(brdf, written, _PAIRS).relative_median,
     )
 
 
-def largest_albedo(brdf: Brdf) -> float:
-    """The largest directional albedo of a channel at 96 views; of an anisotropic one at 24 x 24."""
+def _largest_albedo(brdf: Brdf) -> float:
+    """The largest directional albedo of a channel at 96 views; at 24 x 24 if anisotropic."""
     polar, azimuths = _VIEWS
     theta, phi = views(*((polar, 1) if brdf.isotropic else (azimuths, azimuths)))
     return float(albedos(brdf, np.stack([theta.ravel(), phi.ravel()]), 16).max())

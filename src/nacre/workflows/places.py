@@ -1,4 +1,4 @@
-"""The best representation of a material for a place: all that the place can hold, compared."""
+"""Export to a place, such as Blender: the best of all representations that it can hold."""
 
 from __future__ import annotations
 
@@ -21,24 +21,12 @@ from nacre.runtime.progress import Progress, named, silent
 
 @dataclass(frozen=True)
 class Representation:
-    """What a material may become in a place.
-
-    Parameters
-    ----------
-    title
-        For people.
-    target
-        Which writes it, of :data:`nacre.export.TARGETS`.
-    opening
-        How to open the files, in a sentence; {name} is that of the material.
-    network
-        Whether the target takes networks and formulas: a network is fitted to anything else.
-    """
+    """What a material can become in a place."""
 
     title: str
-    target: str
-    opening: str
-    network: bool = False
+    target: str  # one of nacre.export.TARGETS
+    opening: str  # how to open the files, in a sentence about {name}
+    network: bool = False  # the target takes networks and formulas: fit one to other materials
 
 
 _OPENPBR = Representation(
@@ -84,38 +72,25 @@ PLACES: Mapping[str, tuple[Representation, ...]] = {
     ),
     "usd": (_USD,),
 }
-"""What each place can hold, by its name."""
+"""The representations that each place can hold, by its name."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A representation of one material, and how far it is from it.
-
-    Parameters
-    ----------
-    representation
-        Of :data:`PLACES`.
-    held
-        The material as the place has it.
-    files
-        Content of the files by name.
-    comparison
-        With the material.
-    """
+    """A representation of one material, compared with it."""
 
     representation: Representation
-    held: Brdf
-    files: Mapping[str, bytes]
+    held: Brdf  # the material as the place shows it
+    files: Mapping[str, bytes]  # contents by name
     comparison: Comparison
 
     @property
     def nbytes(self) -> int:
-        """Bytes of all files."""
         return sum(map(len, self.files.values()))
 
     @property
     def flip(self) -> float:
-        """FLIP error, in [0, 1]: the mean of both lights."""
+        """FLIP error in [0, 1], the mean over both lights."""
         errors = [light.errors.flip for light in self.comparison.lights]
         return sum(errors) / len(errors)
 
@@ -139,17 +114,14 @@ def export_to_place(
     output
         Folder to write into.
     name
-        What the names of files begin with, once it is made an :func:`nacre.export.identifier`;
-        that of the material where empty.
-    progress
-        Called as representations are fitted.
+        Prefix of the file names, made an :func:`nacre.export.identifier`; the material's if empty.
 
     Returns
     -------
     candidates
-        All representations that could be made, the one that was written first.
+        All representations that could be made; the first was written.
     files
-        Those written.
+        The written files.
 
     Raises
     ------
@@ -186,13 +158,12 @@ def _candidate(
 
 
 def _readme(material: Brdf, candidate: Candidate, name: str) -> str:
-    """How to open the files, their error, their size and source."""
     lights = [
         f"{light.light}: FLIP {light.errors.flip:.3f}, PSNR {light.errors.psnr:.1f} dB"
         for light in candidate.comparison.lights
     ]
     source = material.source or {}
-    of = f"from {safe(source['file'])}" if source.get("file") else "of an unknown source"
+    of = f"from {safe(source['file'])}" if source.get("file") else "from an unknown source"
     terms = f"; terms: {printable(safe(source['terms']))}" if source.get("terms") else ""
     return (
         f"{candidate.representation.opening.format(name=name)}\n"

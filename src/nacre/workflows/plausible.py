@@ -1,4 +1,4 @@
-"""Materials that could be: drawn from what a basis was trained on, or brought back to it."""
+"""Plausible materials: drawn like those a basis was trained on, or moved closer to them."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from nacre.metrics import albedo
 from nacre.runtime.progress import Progress, silent
 
 VIEWS = 0.0, 0.8, 1.3
-"""Polar angles of views in radians, at which what is drawn must not reflect more than arrives."""
-_DRAWN, _ROUNDS = 64, 40  # codes drawn at a time, and how often, before nothing fits
-_POINTS = 256  # of an albedo
+"""Polar angles of views in radians at which drawn materials must not reflect too much light."""
+_DRAWN, _ROUNDS = 64, 40  # codes drawn at a time, and how often before giving up
+_POINTS = 256  # directions behind an albedo
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,9 @@ class Plausibility:
     log_density
         Natural logarithm of the density of its code.
     typical
-        Fraction of the training materials that are less plausible, each without itself, in [0, 1].
+        Fraction of the training materials, in [0, 1], that are less plausible when left out.
     albedo
-        Its largest albedo, of three views and all channels; above 1 it makes light.
+        Largest albedo at three views, of all channels; above 1, the material creates light.
     """
 
     log_density: float
@@ -43,34 +43,26 @@ class Plausibility:
 
 
 def plausibility(material: CodedBrdf) -> Plausibility:
-    """How plausible a material of a basis is.
+    """How plausible a material from a basis is.
 
     Raises
     ------
     NacreError
-        If the basis does not know what materials are like.
+        If the basis was trained on too few materials to tell.
     """
-    prior = known_prior(material.basis)
+    prior = _prior(material.basis)
     log_density = float(prior.log_density(material.code))
     typical = float((prior.left_out() < log_density).mean())
-    return Plausibility(log_density, typical, largest_albedo(material))
+    return Plausibility(log_density, typical, _largest_albedo(material))
 
 
-def known_prior(basis: LatentBasis) -> Prior:
-    """The density of codes of a basis.
-
-    Raises
-    ------
-    NacreError
-        If the basis has none, or it is of fewer than two materials.
-    """
+def _prior(basis: LatentBasis) -> Prior:
     if len(basis.prior.orders) < 2:
         raise NacreError("the basis was trained on too few materials to say what is plausible")
     return basis.prior
 
 
-def largest_albedo(material: CodedBrdf) -> float:
-    """The largest of a material at :data:`VIEWS`, of all channels."""
+def _largest_albedo(material: CodedBrdf) -> float:
     return float(albedo(material, VIEWS, count=_POINTS).value.max())
 
 
@@ -84,30 +76,27 @@ def draw_materials(
 ) -> list[CodedBrdf]:
     """Plausible materials that nobody measured.
 
-    Their codes are drawn from the density of codes. Those that are less plausible than 95 % of the
-    training materials are drawn again, and so are those that reflect more than arrives.
+    Their codes are drawn from the density of codes. Those less plausible than the least plausible
+    5 % of the training materials are drawn again, and so are those that reflect more light than
+    they receive.
 
     Parameters
     ----------
     basis
-        One that knows what materials are like.
+        A basis trained on at least two materials.
     count
-        How many.
+        Number of materials.
     like
-        A kind of material (:data:`nacre.latent.kinds.KINDS`), a part of the names of training
-        materials, or a file of a material or a code that they are to be like; anything where empty.
-    seed
-        The same seed gives the same materials.
-    progress
-        Called as materials are found.
+        A kind of material (:data:`nacre.latent.kinds.KINDS`), a part of the training materials'
+        names, or a file with a material or code to resemble; anything if empty.
 
     Raises
     ------
     NacreError
-        If the basis does not know what materials are like, nothing in it is like that, or hardly
-        any draw is plausible.
+        If the basis was trained on too few materials, none of them is `like` that, or too few
+        draws are plausible.
     """
-    prior = known_prior(basis)
+    prior = _prior(basis)
     level = prior.level()
     about: Sequence[int] | None = None
     center: npt.NDArray[np.float32] | None = None
@@ -126,7 +115,7 @@ def draw_materials(
             codes = prior.sample(_DRAWN, own, about)
         for code in codes[prior.log_density(codes) >= level]:
             material = basis.decode(code, f"{label} {len(found) + 1}")
-            if largest_albedo(material) <= 1.0:
+            if _largest_albedo(material) <= 1.0:
                 found.append(material)
                 progress("drawing", len(found), count, "")
             if len(found) == count:
@@ -135,13 +124,14 @@ def draw_materials(
 
 
 def project_material(material: CodedBrdf) -> CodedBrdf:
-    """The closest material that is as plausible as most training materials; see
-    :meth:`nacre.latent.Prior.project`. What is plausible stays as it is.
+    """The nearest material more plausible than the least plausible 5 % in training.
+
+    See :meth:`nacre.latent.Prior.project`; a plausible material stays as it is.
 
     Raises
     ------
     NacreError
-        If the basis does not know what materials are like.
+        If the basis was trained on too few materials to tell.
     """
-    code = known_prior(material.basis).project(material.code)
+    code = _prior(material.basis).project(material.code)
     return material.basis.decode(code, material.name)

@@ -1,4 +1,4 @@
-"""Every measured file of a folder, fitted: what is up to date stays, what fails is told apart."""
+"""Fits of every measured file in folders that is not up to date."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from nacre.workflows.stacks import usual_executor
 from nacre.workflows.watcher import Watcher, begun
 
 LOCK = ".library.lock"
-"""Name of the file, in the folder of the fits, that keeps a second run out."""
+"""File in the folder of the fits that keeps a second run out."""
 
 UNFINISHED = "the run ended before this was finished"
 """Error of a material while it is being fitted."""
@@ -33,24 +33,12 @@ UNFINISHED = "the run ended before this was finished"
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a run.
-
-    Parameters
-    ----------
-    fitted
-        Materials that were fitted.
-    unchanged
-        Those whose fit was up to date.
-    failed
-        Those that could not be fitted; their `error` says why.
-    left_out
-        Files that have the ending of measurements, and are none.
-    """
+    """The result of a run, by material."""
 
     fitted: tuple[Record, ...]
-    unchanged: tuple[Record, ...]
-    failed: tuple[Record, ...]
-    left_out: tuple[Path, ...] = ()
+    unchanged: tuple[Record, ...]  # the fit was up to date
+    failed: tuple[Record, ...]  # their `error` says why
+    left_out: tuple[Path, ...] = ()  # files with the ending of a measurement that are not one
 
 
 def fit_library(
@@ -64,32 +52,32 @@ def fit_library(
     """Fit every measured file in folders, into a folder with a manifest.
 
     A material is fitted if the manifest has no fit of it, if its file, the settings or the code
-    that decides its fit changed since, or if the fitted file is missing or is not what was written.
-    Whatever goes wrong with a material, a full disk too, costs only that material.
+    that determines its fit have changed, or if the fitted file is missing or altered. A failure,
+    even from a full disk, affects only its own material.
 
     Parameters
     ----------
     paths
         Folders, and files if you like; see :func:`nacre.workflows.find_sources`.
     output
-        Folder of the fits, made if it is not there; see :func:`nacre.workflows.output_names`.
+        Folder for the fits, made if necessary; see :func:`nacre.workflows.output_names`.
     fitting
-        What to fit; networks by the recommended recipe where None.
+        What to fit; networks with the recommended recipe if None.
     executor
-        What carries out the fits; where None, threads, one a core, or a stack on the device that
+        What carries out the fits; if None, one thread per core, or a stack on the device that
         `fitting` names.
     watcher
-        Hears how the run goes on.
+        Told about the progress.
 
     Raises
     ------
     NacreError
         If there is nothing to fit, two sources would have the same fit, another run works on
-        `output`, that is no folder that can be written, or the executor does not work.
+        `output`, it is not a writable folder, or the executor does not work.
     MissingExtraError
         If the fitting or the executor needs a library that is not installed.
     KeyboardInterrupt
-        If interrupted; what was finished stays, and the next run goes on.
+        If interrupted; finished fits stay, and the next run continues.
     """
     output, fitting = Path(output), fitting or NetworkFitting()
     left_out: list[Path] = []
@@ -98,7 +86,7 @@ def fit_library(
         where = ", ".join(map(str, paths))
         factored = (file for path in paths for file in Path(path).glob("*.btf"))
         textures = any(is_btf(path) for path in (*paths, *left_out, *factored))
-        advice = ", but textures (BTFs); fit these one at a time" if textures else ""
+        advice = ", only textures (BTFs); fit these one at a time" if textures else ""
         raise NacreError(f"{where}: no measured materials found{advice}")
     names = output_names(sources, fitting.ending)
     check_not_inputs((output / name for name in names), (source.path for source in sources))
@@ -125,17 +113,17 @@ def fit_library(
 
 
 def _leftovers(output: Path, names: Sequence[str]) -> list[Path]:
-    """Temporary files of runs that were killed.
+    """Temporary files from killed runs.
 
-    They are found when a run begins and removed when it ends: one of another command that is
-    writing just now has its own name by then.
+    They are found when a run begins and removed when it ends: by then, a file that another command
+    was just writing has its final name.
     """
     folders = {output, *((output / name).parent for name in names)}
     return [path for folder in folders if folder.is_dir() for path in abandoned(folder)]
 
 
 class _Run:
-    """The work on one folder."""
+    """The work on one folder of fits."""
 
     def __init__(
         self, output: Path, fitting: Fitting, manifest: Manifest, watcher: Watcher
@@ -163,7 +151,7 @@ class _Run:
         )
 
     def _current(self, source: Source, name: str) -> Record | None:
-        """The record of a fit that is up to date; None where a material is to be fitted."""
+        """The record of a fit that is up to date; None if the material must be fitted."""
         record = self._manifest.find(name)
         expected = str(source.relative), self._settings, None
         if not record or expected != (record.source, record.settings, record.error):
@@ -184,14 +172,14 @@ class _Run:
         return None
 
     def _begun(self, work: Sequence[tuple[Source, str]]) -> Iterator[Job]:
-        """The jobs, each marked in the manifest when it is taken."""
+        """The jobs, each marked in the manifest as it begins."""
         for source, name in work:
             relative = str(source.relative)
             record = Record(relative, None, None, None, self._settings, nacre.__version__, name)
             with contextlib.suppress(FormatError):  # it only serves the next run
                 self._manifest.keep(replace(record, error=UNFINISHED))
             try:
-                # Before it is read: a change while it is read shows in the next run.
+                # Before reading: the next run notices a change made during it.
                 status = source.path.stat()
                 record = replace(record, size=status.st_size, modified=status.st_mtime_ns)
                 record = replace(record, code=self._fitting.code(source.path))
@@ -203,7 +191,7 @@ class _Run:
             yield Job(source.path, record, begun(self._watcher, printable(relative)))
 
     def _is_own(self, path: Path) -> bool:
-        """Whether the manifest says that a file is a fit of this library, whole or damaged."""
+        """Whether the manifest lists a file as a fit of this library, whole or damaged."""
         record = self._before.get(path.relative_to(self._output).as_posix())
         if record is None or record.output_sha256 is None:
             return False
@@ -213,7 +201,7 @@ class _Run:
         return False
 
     def _finish(self, record: Record, source: Path, fit: Fit) -> None:
-        """Write what came of a material, and keep a record of it."""
+        """Write the fit of a material, and keep a record of it."""
         result = replace(record, error=fit.error)
         if fit.error is None:
             try:

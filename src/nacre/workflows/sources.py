@@ -1,4 +1,4 @@
-"""Measured files in folders, and what their fits are called."""
+"""Measured files in folders, and the names of their fits."""
 
 from __future__ import annotations
 
@@ -15,18 +15,10 @@ from nacre.io.files import PathLike
 
 @dataclass(frozen=True)
 class Source:
-    """A file to fit, or to show.
-
-    Parameters
-    ----------
-    path
-        Where it is.
-    relative
-        Where it is below the folder that was given; the bare name of a file that was given itself.
-    """
+    """A file to fit or to show."""
 
     path: Path
-    relative: PurePosixPath
+    relative: PurePosixPath  # to the given folder; the bare name if the file itself was given
 
 
 def find_sources(
@@ -34,22 +26,17 @@ def find_sources(
     output: PathLike,
     left_out: Callable[[Path], None] = lambda path: None,
 ) -> list[Source]:
-    """The files among `paths`, and in the folders among them all that are measured materials.
+    """The files among `paths`, and all measured materials in the folders among them.
 
-    Folders are searched to any depth, but links to folders are not followed. What is hidden (its
-    name starts with a dot) is left out, and so is the folder `output` where it lies within one that
-    is searched. A file that is met twice counts once.
+    Folders are searched to any depth, without following links to folders. Hidden files and folders
+    (their names start with a dot) are left out, and so is `output`, the folder of the fits. Files
+    in a folder count if :func:`nacre.formats.is_measured`, each once.
 
     Parameters
     ----------
-    paths
-        Files, taken whatever they hold, and folders, in which :func:`nacre.formats.is_measured`
-        decides.
-    output
-        Folder of the fits.
     left_out
-        Called with every file in a folder that has an ending of measurements, but is none: another
-        kind of file, or one that is cut short.
+        Called with every file in a folder that has the ending of a measurement but is not one: it
+        is of another kind, or incomplete.
 
     Returns
     -------
@@ -67,10 +54,7 @@ def find_sources(
 def gather(paths: Iterable[PathLike], below: Callable[[Path], Iterable[Source]]) -> list[Source]:
     """The files among `paths`, and what `below` finds in the folders among them, each once.
 
-    Raises
-    ------
-    FormatError
-        If a path does not exist.
+    A FormatError is raised if a path does not exist.
     """
     found: dict[Path, Source] = {}
     for path in map(Path, paths):
@@ -83,14 +67,9 @@ def gather(paths: Iterable[PathLike], below: Callable[[Path], Iterable[Source]])
 
 
 def files_below(root: Path, without: Path | None = None) -> Iterator[Source]:
-    """The files in a folder and below it, by name, but not what is hidden or lies in `without`.
+    """The files in a folder and below it, by name, except hidden ones and those in `without`.
 
-    Links to folders are not followed.
-
-    Raises
-    ------
-    FormatError
-        If a folder cannot be listed.
+    Links to folders are not followed. A FormatError is raised if a folder cannot be listed.
     """
 
     def refuse(error: OSError) -> None:
@@ -107,7 +86,6 @@ def files_below(root: Path, without: Path | None = None) -> Iterator[Source]:
 
 
 def _measured(root: Path, output: Path, left_out: Callable[[Path], None]) -> Iterator[Source]:
-    """Measured files in a folder, but not those in the folder `output` within it."""
     for source in files_below(root, output):
         if not has_measured_ending(source.path):
             continue
@@ -118,19 +96,12 @@ def _measured(root: Path, output: Path, left_out: Callable[[Path], None]) -> Ite
 
 
 def output_names(sources: Sequence[Source], ending: str) -> list[str]:
-    """The file that each source's fit is written to, relative to the folder of the fits.
+    """The file for each source's fit, relative to the folder of the fits.
 
-    It is the source's relative path with another ending, `metals/gold.safetensors` of
-    `metals/gold.binary`. Where two sources would share one, both keep their own ending as well:
-    `gold.binary.safetensors` and `gold.bsdf.safetensors`. Letters that differ in case only count as
-    the same, as some file systems have it.
-
-    Parameters
-    ----------
-    sources
-        Of one run.
-    ending
-        Of the files to write, with the dot.
+    It is the source's relative path with another ending: `metals/gold.safetensors` for
+    `metals/gold.binary`. If two sources would share a name, both keep their own ending as well:
+    `gold.binary.safetensors` and `gold.bsdf.safetensors`. Case does not distinguish names, because
+    some file systems ignore it.
 
     Raises
     ------
@@ -147,7 +118,7 @@ def output_names(sources: Sequence[Source], ending: str) -> list[str]:
         first = names.setdefault(name.casefold(), source)
         if first is not source:
             raise FormatError(
-                f"{source.path}: would be written to the same name as {first.path}; "
+                f"{source.path}: its fit would have the same name as that of {first.path}; "
                 "give the folder that holds both, or fit them into two folders"
             )
         result.append(name)

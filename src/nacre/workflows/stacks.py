@@ -19,13 +19,13 @@ from nacre.workflows.watcher import Watcher
 
 
 class Stacks(Executor):
-    """Fits of networks on a device, as :func:`nacre.fit_many` has it.
+    """Fits of networks on a device by :func:`nacre.fit_many`.
 
-    A stack is in flight at a time: what ends the process costs all of its materials.
+    One stack is in work at a time; if the process dies, all of its materials are lost.
     """
 
     def open(self, fitting: Fitting, watcher: Watcher) -> AbstractContextManager[Stream]:
-        """See :class:`Executor`; refuses fits that are for no device."""
+        """See :class:`Executor`; refuses fits without a device."""
         if not isinstance(fitting, NetworkFitting) or fitting.device is None:
             raise NacreError("only networks can be fitted on a device, and it must be named")
         fitting.check()
@@ -33,9 +33,7 @@ class Stacks(Executor):
 
 
 def usual_executor(fitting: Fitting, count: int | None = None) -> Executor:
-    """What carries out fits unless another is named: a stack where they are for a device, whatever
-    is to be fitted, else threads, `count` at most; one a core where None.
-    """
+    """A stack for fits on a device, else `count` threads, or one per core."""
     stacked = isinstance(fitting, NetworkFitting) and fitting.device is not None
     return Stacks() if stacked else Threads(count)
 
@@ -64,7 +62,7 @@ def _results(fitting: NetworkFitting, device: str, jobs: Iterator[Job]) -> Resul
         while unread:
             yield unread.pop()
         job, sha256, few = taken[index]
-        # Of materials that were fitted together, the mean of all so far.
+        # For materials fitted together, the mean of all so far.
         seconds = (time.perf_counter() - start) / len(taken)
         try:
             if isinstance(result, Exception):

@@ -1,4 +1,4 @@
-"""The jobs of a run on their way to a Dask cluster and back."""
+"""Submission of the jobs of a run to a Dask cluster, and collection of their results."""
 
 from __future__ import annotations
 
@@ -21,19 +21,16 @@ from nacre.workflows.material import Fit, explain
 from nacre.workflows.worker import Setup, Task, work
 
 Data: TypeAlias = Literal["auto", "path", "content"]
-"""How workers come by measured files: "path", they read them where this process does; "content", it
-is sent to them; "auto", it is sent where a worker does not find the same content under the path."""
+"""How workers get measured files: "path", they read the same path; "content", it is sent to them;
+"auto", it is sent if a worker does not find the same content under the path."""
 
-_PER_THREAD = 2
-"""Jobs in flight per thread of the cluster: one in work, and one to go on with."""
-
-_MOST_BYTES = 1 << 30
-"""Of file contents in flight, which the scheduler has in memory."""
+_PER_THREAD = 2  # jobs in flight per thread of the cluster: one in work, and the next
+_MOST_BYTES = 1 << 30  # of file contents in flight, which the scheduler holds in memory
 
 
 @dataclass(frozen=True)
 class _Flight:
-    """A job that the cluster has; `sent` is the bytes of file content that went with it."""
+    """A job on the cluster; `sent` is the bytes of file content that went with it."""
 
     job: Job
     future: Any
@@ -41,10 +38,10 @@ class _Flight:
 
 
 class Submission:
-    """Carries out jobs on a cluster, of which it holds no more at a time than keep it busy.
+    """Carries out jobs on a cluster, sending only as many at a time as keep it busy.
 
-    The client of Dask is connected, the address is for messages, and a worker is waited for as many
-    seconds as `patience` says when there is none left.
+    The Dask client is connected, and the address is for messages. If no worker is left, it waits
+    `patience` seconds for one.
     """
 
     def __init__(
@@ -66,11 +63,11 @@ class Submission:
                 if not self._flights:
                     return
                 yield from self._collect()
-        except OSError as error:  # of a call to the scheduler: those of files are dealt with
+        except OSError as error:  # from a call to the scheduler; errors of files are handled
             raise self._end("the connection to the scheduler is lost") from error
 
     def _submit(self, jobs: Iterator[Job]) -> Results:
-        """Send jobs as long as there is room; gives back those whose file cannot be read."""
+        """Send jobs while there is room; return those whose file cannot be read."""
         room = _PER_THREAD * self._thread_count()
         flights = self._flights.values()
         while len(flights) < room and sum(flight.sent for flight in flights) < _MOST_BYTES:
@@ -85,7 +82,7 @@ class Submission:
             except (OSError, FormatError) as error:
                 yield job, Fit(error=explain(error, job.path))
                 continue
-            # The scheduler's pages count all tasks of one first word together.
+            # The scheduler's dashboard groups tasks by their first word.
             key = f"fit-{secrets.token_hex(16)}"
             task = Task(key, str(job.path.absolute()), sha256, content)
             future = self._client.submit(work, self._setup, task, key=key, pure=False)
@@ -93,9 +90,9 @@ class Submission:
             future.add_done_callback(lambda future: self._done.put(future.key))
 
     def _collect(self) -> Results:
-        """Give back all jobs that are done, after waiting a while for one."""
+        """Return all finished jobs, after waiting a while for one."""
         futures = {key: self._flights[key].future for key in self._done_keys()}
-        # One whose worker has died since is pending again, and waited for.
+        # A job whose worker has died since is pending again.
         whole = {k: f for k, f in futures.items() if f.status not in ("error", "cancelled")}
         results = self._client.gather(whole, errors="skip") if whole else {}
         for key, future in futures.items():
@@ -112,7 +109,7 @@ class Submission:
             raise OSError(f"the client is {self._client.status}")
 
     def _done_keys(self) -> list[str]:
-        """Of the jobs that have ended in whatever way since the last call; none after a second."""
+        """Keys of the jobs that have ended since the last call; waits up to a second for one."""
         keys = []
         with suppress(queue.Empty):
             keys.append(self._done.get(timeout=1.0))
@@ -121,9 +118,9 @@ class Submission:
         return keys
 
     def _failed(self, future: Any) -> Fit:
-        """What came of a job without a result; an error where that is not its own fault."""
+        """The failure of a job without a result; raises if the fault is not its own."""
         if future.cancelled():
-            raise self._end("the scheduler has ended, or has dropped the fits")
+            raise self._end("the scheduler has ended or has dropped the fits")
         error = future.exception()
         if isinstance(error, require("distributed", "cluster").KilledWorker):
             return Fit(error=f"killed its worker {error.allowed_failures + 1} times")
@@ -132,7 +129,7 @@ class Submission:
         raise self._end(f"{type(error).__name__}: {reason(error)}")
 
     def _thread_count(self) -> int:
-        """Threads of the cluster, as of not long ago; at least 1."""
+        """Number of threads of the cluster a moment ago; at least 1."""
         now = time.monotonic()
         if now - self._asked > 1.0:
             self._threads = sum(self._client.nthreads().values())
@@ -144,10 +141,10 @@ class Submission:
         return max(1, self._threads)
 
     def _report(self, event: tuple[float, Any]) -> None:
-        """Pass on how far a worker is; a late message on a job that is back says nothing."""
+        """Pass on the progress of a worker, unless the job is already back."""
         token, *progress = event[1]
         if flight := self._flights.get(token):
             flight.job.progress(*progress)
 
     def _end(self, why: str) -> NacreError:
-        return NacreError(f"{self._address}: {why}; what was finished stays, run again to go on")
+        return NacreError(f"{self._address}: {why}; finished fits are kept, run again to continue")

@@ -1,4 +1,4 @@
-"""One texel of a texture, or the mean of all, as a reflectance."""
+"""A texel of a texture, or the mean of all, as a reflectance."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from nacre.textures.uniform import average
 
 
 def texel_index(name: object, width: int, height: int, texel: tuple[int, int]) -> int:
-    """Number of the texel in a column and a row, from 0; a NacreError if there is none."""
+    """Index of the texel in a column and a row, from 0; a NacreError if there is none."""
     x, y = texel
     if x >= width or y >= height:
         raise NacreError(
-            f"{name}: has {width} x {height} texels, none in column {x}, row {y}; they count from 0"
+            f"{name}: has {width} x {height} texels, none in column {x}, row {y} (counted from 0)"
         )
     return y * width + x
 
@@ -25,16 +25,14 @@ def texel_index(name: object, width: int, height: int, texel: tuple[int, int]) -
 def texture_reflectance(
     texture: Btf, texel: tuple[int, int] | None = None, progress: Progress = silent
 ) -> Brdf:
-    """The apparent BRDF of a texel, or of the mean of all, between the directions of the texture.
+    """The apparent BRDF of a texel, interpolated between the directions of the texture.
 
     Parameters
     ----------
     texture
         Measured or encoded.
     texel
-        Column and row, from 0; the mean of all texels where None.
-    progress
-        Called with the texels or images read for the mean.
+        Column and row, from 0; the mean of all texels if None.
 
     Raises
     ------

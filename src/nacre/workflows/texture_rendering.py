@@ -23,77 +23,38 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TextureView:
-    """How a texture is shown.
-
-    Parameters
-    ----------
-    shape, light, environment
-        Object, light on it, and the map for the light "environment"; a built-in one where None.
-    angle
-        Degrees between the view and a directional or point light.
-    repeat
-        Repetitions of the texture around the object.
-    size
-        Width and height of a picture in pixels.
-    spp, seed
-        Samples per pixel, and their seed.
-    denoise
-        Whether to remove noise from a picture, where the denoiser is installed.
-    frames, light_path
-        Frames of an animation, and the path of its light; one picture where None.
-    decoder, interpolation, mipmap
-        How an encoded texture is decoded, texels interpolated, codes filtered.
-    height_field, depth
-        Gray image for parallax, and the widths of the texture from black to white; as
-        :func:`nacre.textures.height_file.full_depth` has it where None.
-    """
+    """How to show a texture; the fields are the options of `nacre render`."""
 
     shape: str = "cylinder"
     light: str = "environment"
-    environment: Environment | None = None
-    angle: float = 45.0
-    repeat: int = 4
-    size: int = 512
+    environment: Environment | None = None  # the built-in one if None
+    angle: float = 45.0  # degrees between the view and a directional or point light
+    repeat: int = 4  # times around the object
+    size: int = 512  # width and height of a picture in pixels
     spp: int = 64
     seed: int = 0
-    denoise: bool = False
-    frames: int | None = None
+    denoise: bool = False  # if the denoiser is installed
+    frames: int | None = None  # of an animation; a picture if None
     light_path: str | None = None
     decoder: str = "table"
     interpolation: str = "stochastic"
     mipmap: bool = False
-    height_field: Path | None = None
-    depth: float | None = None
+    height_field: Path | None = None  # gray image for parallax
+    depth: float | None = None  # in widths of the texture; nacre.textures.height_file.full_depth
 
 
 @dataclass(frozen=True)
 class RenderedTexture:
-    """What was rendered.
-
-    Parameters
-    ----------
-    width, height
-        Of the picture or animation in pixels.
-    mse
-        Mean squared error against the reference, noise included; None without one.
-    temporal
-        Errors from frame to frame; None but for an animation with a reference.
-    """
+    """Size in pixels of a picture or animation, and its errors against the reference, if any."""
 
     width: int
     height: int
-    mse: float | None = None
-    temporal: TemporalErrors | None = None
+    mse: float | None = None  # mean squared error, including noise
+    temporal: TemporalErrors | None = None  # from frame to frame of an animation
 
 
 def check_texture_view(output: PathLike, view: TextureView, *, compared: bool = False) -> None:
-    """Raise before the work if a view cannot be shown, or its output not be written.
-
-    Raises
-    ------
-    NacreError
-        If options contradict one another, or the output is of no kind for pictures.
-    """
+    """Raise a NacreError before the work if options conflict, or the output is not a picture."""
     from nacre.figures.rendering_panels import panels_size
     from nacre.render.animation import check_animation
     from nacre.render.preview import check_image_path
@@ -105,7 +66,7 @@ def check_texture_view(output: PathLike, view: TextureView, *, compared: bool = 
         return
     if view.light == "environment":
         raise NacreError(
-            "frames show a light that moves; choose a directional or point light (--light)"
+            "frames show a moving light; choose a directional or point light (--light)"
         )
     size = panels_size(view.size) if compared else (view.size, view.size)
     check_animation(Path(output), view.frames, *size)
@@ -120,27 +81,23 @@ def render_texture(
     names: tuple[str, str] = ("Reference", "Model"),
     start: Callable[[str], Progress] = lambda name: silent,
 ) -> RenderedTexture:
-    """Render a texture to a picture or an animation.
+    """Render a measured or encoded texture to a picture or an animation.
 
     Parameters
     ----------
-    texture
-        Measured or encoded.
     output
-        `.exr`, `.png` or `.jpg`; of an animation `.gif`, `.png` or `.webp`.
-    view
-        How it is shown.
+        `.exr`, `.png` or `.jpg`; for an animation `.gif`, `.png` or `.webp`.
     reference
-        A texture to show in the same way at the left; but for `.exr`, errors are at the right.
+        A texture to show in the same way on the left; errors are on the right, except in `.exr`.
     names
         Captions of the reference and of the texture.
     start
-        Called with the name of each texture; what it returns hears of the progress.
+        Called with the name of each texture; the result is called with the progress.
 
     Raises
     ------
     NacreError
-        As :func:`check_texture_view` has it, or if the texture cannot be rendered so.
+        If :func:`check_texture_view` fails, or the texture cannot be rendered in this way.
     """
     from nacre.color import tone_map
     from nacre.figures.page import display_bytes
@@ -177,12 +134,12 @@ def render_texture(
 
 
 def error_text(mse: float) -> str:
-    """A mean squared error of renderings, for people."""
+    """The mean squared error of a rendering, as text."""
     return f"MSE x 1e4 {1e4 * mse:.3g}, noise included"
 
 
 def texture_pictures(btf: Btf, view: TextureView, report: Progress = silent) -> Iterator[Floats]:
-    """Render a texture to one picture, or to those of an animation.
+    """Render a texture to one picture, or to the frames of an animation.
 
     Yields
     ------
@@ -192,7 +149,7 @@ def texture_pictures(btf: Btf, view: TextureView, report: Progress = silent) -> 
     Raises
     ------
     NacreError
-        If the texture cannot be rendered so.
+        If the texture cannot be rendered in this way.
     """
     from nacre.render.preview import render_scene
     from nacre.render.textures.moving_light import PATHS, light_path, render_moving
@@ -230,4 +187,4 @@ def texture_pictures(btf: Btf, view: TextureView, report: Progress = silent) -> 
         return
     directions = light_path(way, view.frames, view.angle, view.shape)
     for picture in render_moving(scene, directions, view.spp, view.seed, progress):
-        yield np.clip(picture, 0.0, 1.0).astype(np.float16)  # finer than what is shown
+        yield np.clip(picture, 0.0, 1.0).astype(np.float16)  # finer than a display

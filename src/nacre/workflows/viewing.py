@@ -1,4 +1,4 @@
-"""Materials of files and folders for one page."""
+"""Materials from files and folders for the viewer's page."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ _HEIGHTS, _ENCODED = ".exr", ".safetensors"
 
 @dataclass(frozen=True)
 class Texture:
-    """An encoded texture, and its height field where it has one."""
+    """An encoded texture, and its height field if it has one."""
 
     btf: Btf
     heights: HeightField | None
 
 
 def find_materials(paths: Iterable[PathLike]) -> list[Source]:
-    """The files among `paths`, and in the folders among them, at any depth, all materials.
+    """The files among `paths`, and all materials in the folders among them, at any depth.
 
-    What is hidden (its name starts with a dot) is left out; links to folders are not followed.
+    Hidden files are left out, and links to folders not followed.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def _materials(root: Path) -> list[Source]:
 
 
 def _is_relief(path: Path) -> bool:
-    """Whether an image is the height field of what lies beside it."""
+    """Whether an image is the height field of an encoded texture beside it."""
     return path.suffix == _HEIGHTS and path.with_suffix(_ENCODED).exists()
 
 
@@ -71,22 +71,14 @@ def _is_known(path: Path) -> bool:
 
 
 def read_materials(
-    files: Iterable[Source], left_out: Callable[[Path, NacreError], None] | None = None
+    files: Iterable[Source], left_out: Callable[[Path, NacreError], None]
 ) -> Iterator[Entry | Texture]:
-    """Reflectances, each with all files of its name in its folder as forms of it; and textures.
-
-    Folders below the one that was given are their groups.
-
-    Textures have to be encoded; a gray image of the same name (`.exr`) is the height field of one.
+    """Reflectances, each with the files of its name in its folder as its forms; and textures.
 
     `gold.binary`, `gold.safetensors` and `gold.mtlx` are one material: measured, a network, and
-    OpenPBR. Networks come first; errors are told against what was measured, or else the first.
-
-    Parameters
-    ----------
-    left_out
-        Called with every file that cannot be read, which is then passed over; where None, its error
-        is raised.
+    OpenPBR. Networks come first; errors are against the measurement, or else the first form.
+    Subfolders become groups. Textures must be encoded; a gray image of the same name (`.exr`) is
+    the height field. `left_out` is called with every file that cannot be read.
     """
     together: dict[Path, list[Source]] = {}
     for source in files:
@@ -100,10 +92,8 @@ def read_materials(
                 if isinstance(material, Btf) and material.texel_count == 1:
                     material = load_brdf(source.path)
                 if isinstance(material, Btf):
-                    encoded(material)  # or no page holds it
+                    encoded(material)  # a page cannot show others
             except NacreError as error:
-                if left_out is None:
-                    raise
                 left_out(source.path, error)
                 continue
             if isinstance(material, Btf):

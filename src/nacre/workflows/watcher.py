@@ -1,4 +1,4 @@
-"""Who hears how a run over a library goes on."""
+"""Watchers, which are told about the progress of a run."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from nacre.runtime.progress import Progress
 
 
 class Watcher:
-    """Hears how a run goes on, from several threads at once. This one does nothing."""
+    """Told about the progress of a run, by several threads at once; this one does nothing."""
 
     def dashboard(self, link: str) -> None:
-        """The fits are carried out elsewhere; this page shows how."""
+        """The fits are carried out on a cluster with this dashboard."""
 
     def begin(self, materials: int) -> None:
-        """So many will be fitted."""
+        """So many materials will be fitted."""
 
     def start(self, name: str) -> Progress:
-        """A material is begun; what is returned is called as its fit goes on."""
+        """The fit of a material begins; the result is called with its progress."""
         return lambda stage, done, total, note: None
 
     def end(self, name: str, error: str | None) -> None:
-        """A material is done, or has failed for a reason, maybe before it was begun."""
+        """A material is done, or has failed with an error, perhaps before it began."""
 
 
 def begun(watcher: Watcher, name: str) -> Progress:
-    """A material counts as started when the first is heard of it, not when it is queued."""
+    """Progress that starts a material with its first report, not when it is queued."""
     started = cache(lambda: watcher.start(name))
     return lambda stage, done, total, note: started()(stage, done, total, note)

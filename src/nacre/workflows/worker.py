@@ -1,4 +1,4 @@
-"""What a worker of a Dask cluster does: one material, by path or sent along."""
+"""What a worker of a Dask cluster does: it fits one material, read from a path or sent to it."""
 
 from __future__ import annotations
 
@@ -21,76 +21,43 @@ from nacre.workflows.material import Fit, explain, fit_file
 
 @dataclass(frozen=True)
 class Setup:
-    """What a run asks of its workers.
-
-    Parameters
-    ----------
-    fitting
-        What to fit.
-    settings
-        Its digest, as the owner of the run computes it.
-    nacre
-        The owner's version.
-    code
-        Fingerprint of the code that decides fits, as the owner has it.
-    topic
-        Under which workers tell how far they are.
-    interval
-        Shortest time between two such messages on one stage of a material, in s.
-    """
+    """What workers must know about a run, as its owner has it."""
 
     fitting: Fitting
-    settings: str
-    nacre: str
-    code: str | None
-    topic: str
-    interval: float
+    settings: str  # digest of the fitting
+    nacre: str  # version
+    code: str | None  # fingerprint of the code that determines fits
+    topic: str  # for messages about progress
+    interval: float  # shortest time in s between two messages about a stage of a material
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """A material to fit.
+    """A material to fit."""
 
-    Messages name it by the token. The path is absolute, as the owner of the file has it, its
-    SHA-256 in hexadecimal. The content is an array, which Dask passes on without copying it, or
-    None where the file is to be read under its path.
-    """
-
-    token: str
-    path: str
-    sha256: str
-    content: npt.NDArray[np.uint8] | None
+    token: str  # its name in messages
+    path: str  # absolute, for the owner of the run
+    sha256: str  # in hexadecimal
+    content: npt.NDArray[np.uint8] | None  # Dask sends arrays without a copy; None: read the path
 
 
 @dataclass(frozen=True)
 class Unread:
-    """A worker has not the owner's file under its path: which worker, and what is there."""
+    """A worker does not have the owner's file under its path, for this reason."""
 
     reason: str
 
 
 def check(setup: Setup) -> None:
-    """Raise what any fit would raise in this process.
-
-    Raises
-    ------
-    NacreError
-        If its nacre is another, or cannot carry out the fitting.
-    """
+    """Raise a NacreError if this process has another nacre, or cannot carry out the fits."""
     _check_version(setup)
     setup.fitting.check()
 
 
 def work(setup: Setup, task: Task) -> Fit | Unread:
-    """Carry out one fit.
-
-    Raises
-    ------
-    NacreError
-        If the nacre of this process is not that of the run.
-    """
+    """Carry out one fit; raises a NacreError if this process has another nacre than the run."""
     _check_version(setup)
-    one_blas_thread().__enter__()  # never undone: other threads of the worker fit as well
+    one_blas_thread().__enter__()  # never undone: other threads of the worker fit too
     worker = require("distributed", "cluster").get_worker()
     report = _Report(setup, task.token, worker)
     if task.content is None:
@@ -100,7 +67,7 @@ def work(setup: Setup, task: Task) -> Fit | Unread:
         except FormatError as error:
             return Unread(f"on worker {worker.address}: {explain(error, path)}")
         if found != task.sha256:
-            return Unread(f"on worker {worker.address}: is another file, of SHA-256 {found}")
+            return Unread(f"on worker {worker.address}: is another file, with SHA-256 {found}")
         return fit_file(path, setup.fitting, report)
     with tempfile.TemporaryDirectory(
         dir=worker.local_directory, ignore_cleanup_errors=True
@@ -113,11 +80,11 @@ def work(setup: Setup, task: Task) -> Fit | Unread:
 def _check_version(setup: Setup) -> None:
     if nacre.__version__ != setup.nacre:
         raise NacreError(
-            f"has nacre {nacre.__version__}, the run {setup.nacre}; install the same on both"
+            f"has nacre {nacre.__version__}, but the run {setup.nacre}; install the same on both"
         )
     try:
         same = setup.fitting.digest == setup.settings
-    except AttributeError:  # a setting that only one of them knows
+    except AttributeError:  # a setting that only one side knows
         same = False
     if not same:
         raise NacreError(
@@ -126,13 +93,13 @@ def _check_version(setup: Setup) -> None:
         )
     if setup.fitting.code() != setup.code:
         raise NacreError(
-            f"has a nacre {nacre.__version__} of other code than the run's; "
+            f"has a nacre {nacre.__version__} with other code than the run's; "
             "install the same on both"
         )
 
 
 class _Report:
-    """Tells the owner of the run how a fit goes on, not too often."""
+    """Reports the progress of a fit to the owner of the run, not too often."""
 
     def __init__(self, setup: Setup, token: str, worker: Any) -> None:
         self._setup, self._token, self._worker = setup, token, worker

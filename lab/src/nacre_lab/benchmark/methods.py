@@ -1,4 +1,4 @@
-"""The methods of the benchmark: every representation of nacre, and those of other packages."""
+"""The methods of the benchmark: every representation in nacre, and those from other packages."""
 
 from __future__ import annotations
 
@@ -34,33 +34,33 @@ _FILES = {
     ".xompt": "table of OpenMATERIAL 3D",
     ".bin": "table of the UTIA database",
 }
-"""Tables that nacre writes, by the ending of their files."""
+"""Tables that nacre writes, by file ending."""
 
 _REPLACED = "published", "pca"
-"""Methods of :mod:`nacre_lab.reproduce` that need files of the user's; here the wheel has them."""
+"""Methods of :mod:`nacre_lab.reproduce` that need the user's files; here the wheel has them."""
 
 SLOW = "texture-network-2019", "autoencoder-projected", "autoencoder-refined"
-"""Methods that take minutes, for a material or to train a basis: only those who ask get them."""
+"""Methods that take minutes per material or to train a basis; they run only on request."""
 
 
 class Bases:
-    """Bases of codes that have seen none of a split's materials, made when one is asked for.
+    """Bases of codes that have seen none of a split's materials, made on request.
 
-    The included one of a kind serves where it has seen none of them; else one is trained on the
-    split's training materials, and kept.
+    The included basis of a kind is used if it has seen none of them; else one is trained on the
+    split's training materials and cached.
 
     Parameters
     ----------
     split
         The split.
     folder
-        Where the measured files of its database are, if it has one.
+        Folder of the measured files of its database, if it has one.
     settings
-        Of the protocol.
+        Settings of the protocol.
     cache
-        Where trained bases are kept.
+        Cache of trained bases.
     progress
-        Called as a training goes on.
+        Called with the progress of trainings.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Bases:
         return self._found[kind]
 
     def facts(self, kind: str) -> dict[str, object]:
-        """What decides the basis, JSON-able, without making it."""
+        """What determines the basis, JSON-able, without making it."""
         included = self._included(kind)
         if included is not None:
             return {"basis": included.fingerprint()}
@@ -107,12 +107,12 @@ class Bases:
 
 
 def methods(settings: Settings, bases: Bases | None = None) -> dict[str, Method]:
-    """Every method by name; without `bases`, those of codes only say what they are.
+    """Every method by name; without `bases`, those of codes can only be described.
 
     Raises
     ------
     NacreError
-        If a method of another package does not load, or has the name of one of nacre's.
+        If a method from another package does not load, or has the name of one of nacre's.
     """
     recipe = Recipe(epochs=settings.epochs, samples=settings.samples, seed=settings.seed)
     own = {name: m for name, m in compared(settings).items() if name not in _REPLACED}
@@ -136,21 +136,21 @@ def methods(settings: Settings, bases: Bases | None = None) -> dict[str, Method]
     }
     for name in METHODS:
         if name in own:
-            raise NacreError(f"there is a method {name!r} already; the package must rename its own")
+            raise NacreError(f"there already is a method {name!r}; the package must rename its own")
     return own | {name: METHODS[name] for name in METHODS}
 
 
 def find_methods(names: tuple[str, ...], known: dict[str, Method]) -> dict[str, Method]:
-    """The methods of some names; all but the slow ones where none are named.
+    """The named methods, or all but the slow ones.
 
     Raises
     ------
     NacreError
-        If there is no such method; the message lists those that there are.
+        If there is no such method; the message lists the known ones.
     """
     for name in names:
         if name not in known:
-            raise NacreError(f"{name!r} is no method (known: {', '.join(known)})")
+            raise NacreError(f"{name!r} is not a method (known: {', '.join(known)})")
     chosen = names or tuple(name for name in known if name not in SLOW)
     return {name: known[name] for name in chosen}
 
@@ -160,7 +160,7 @@ def _network(about: str, recipe: Recipe) -> Method:
 
 
 def _published(brdf: Brdf) -> Brdf:
-    """The published network of a measured table of RGL, which comes with nacre."""
+    """The published network for a measured RGL table, which comes with nacre."""
     file = Path((brdf.source or {}).get("file", ""))
     name = f"nbrdf-rgl:{file.stem.removesuffix('_rgb')}"
     if file.suffix != ".bsdf" or name not in included_names():

@@ -1,4 +1,4 @@
-"""What is measured of every pair of a material and a method, and how."""
+"""The measurements for every pair of a material and a method."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from nacre.runtime.parallel import one_blas_thread
 from nacre_lab.reproduce.trial import ANGLES, LIGHTS, TRUTH, Method, Reference, Settings, attempt
 
 VERSION = 1
-"""Of the protocol: results of different versions are not compared."""
+"""Version of the protocol; results of different versions are not compared."""
 
 PROTOCOLS: Mapping[str, Settings] = {
     "full": Settings(),
@@ -25,31 +25,31 @@ PROTOCOLS: Mapping[str, Settings] = {
 }
 """Pictures, directions, lengths of fits and seeds, by name; "quick" is for a first look.
 
-Pictures are those of :mod:`nacre.render.sphere`, in the studio that comes with nacre and in
-directional light: every pixel sees fixed directions, so that nothing in them is random.
+Pictures are those of :mod:`nacre.render.sphere`, in the included studio and in directional light:
+every pixel sees fixed directions, so nothing in them is random.
 """
 
 GIVEN = "given"
-"""Setting of a method that fits nothing here: why, which stands in place of times."""
+"""Setting of a method that fits nothing here: the reason, reported instead of times."""
 
 _FIT = "fit_s", "fit_cpu_s"
-_PAIRS, _ROUNDS = 1 << 16, 5  # of one thread: from 100,000 pairs on `eval` takes all cores
+_PAIRS, _ROUNDS = 1 << 16, 5  # for one thread: from 100,000 pairs on, `eval` uses all cores
 
 
 @dataclass(frozen=True)
 class Measure:
-    """One figure of a row.
+    """One figure in a row.
 
     Parameters
     ----------
     title
         Head of its column.
     about
-        What it is, for people.
+        Its description.
     digits
-        After the point in tables.
+        Decimals in tables.
     fitted
-        Whether it says how far a representation is from the material, or what it took to make.
+        Whether it is an error of a representation or the cost of making it.
     """
 
     title: str
@@ -80,33 +80,33 @@ MEASURES: Mapping[str, Measure] = {
     "reciprocity_error": Measure("reciprocity", "0 is reciprocal, 2 the most", 4),
     "max_albedo": Measure("largest albedo", "over views and channels; above 1 gains energy", 3),
 }
-"""What a row holds, by key."""
+"""The figures of a row, by key."""
 
 Values = dict[str, float | None]
 Reasons = dict[str, str]
 
 
 def measure(reference: Reference, name: str, method: Method) -> tuple[Values, Reasons]:
-    """Fit a material by a method, and measure what comes out.
+    """Fit a method to a material, and measure the result.
 
     Parameters
     ----------
     reference
         The material, with the settings of a protocol.
     name, method
-        The method; a name of "truth" has nothing fitted and no errors.
+        The method; "truth" has no fit and no errors.
 
     Returns
     -------
     values
-        By the keys of :data:`MEASURES`, None where there is none.
+        Values by the keys of :data:`MEASURES`; None if there is none.
     reasons
-        Why there is none, by key.
+        Why a value is None, by key.
 
     Raises
     ------
     NacreError
-        If the method has nothing for this material.
+        If the method cannot represent this material.
     """
     spent = math.nan
 
@@ -139,7 +139,7 @@ def measure(reference: Reference, name: str, method: Method) -> tuple[Values, Re
     if fitted.nbytes is not None:
         del reasons["size_bytes"]
     if found["noise"] == math.inf:
-        reasons["noise"] = "infinite: its sampler never finds some of what is reflected"
+        reasons["noise"] = "infinite: its sampler misses some of the reflected light"
     if GIVEN in method.settings:
         found |= dict.fromkeys(_FIT)
         reasons |= dict.fromkeys(_FIT, str(method.settings[GIVEN]))
@@ -161,9 +161,9 @@ _WHY = {
     "size_bytes": "f_r comes from a formula without stored numbers",
     **{f"{light}_psnr_db": "the pictures are equal" for light in LIGHTS},
     "noise": "reflects nothing",
-    "reciprocity_error": "reflects nothing, or is known at no pair both ways",
+    "reciprocity_error": "reflects nothing, or is not known at any pair both ways",
 }
-"""Why a measure has no value, where nothing else is said."""
+"""Default reasons why a measure has no value."""
 
 
 def _largest(albedo: list[float | None]) -> float | None:
@@ -172,7 +172,7 @@ def _largest(albedo: list[float | None]) -> float | None:
 
 
 def _eval_seconds(brdf: Brdf) -> float:
-    """Processor time of `eval` of one pair of directions, float32: the median of some rounds."""
+    """Processor time of `eval` per pair of directions, float32: the median of some rounds."""
     w = np.random.default_rng(0).normal(size=(2, _PAIRS, 3)).astype(np.float32)
     w /= np.linalg.norm(w, axis=-1, keepdims=True)
     w[..., 2] = np.abs(w[..., 2])

@@ -22,35 +22,35 @@ _LIMIT = 1 << 28
 
 @dataclass(frozen=True)
 class Row:
-    """What was measured of one material by one method.
+    """The results of one method on one material.
 
     Parameters
     ----------
     split, material, method
         Their names.
     key
-        Fingerprint of all that decides the result: the material's content, the method with its
-        settings, the protocol, the code.
+        Fingerprint of everything that determines the result: the material's content, the method
+        with its settings, the protocol, the code.
     about, family
-        What the method is; see :class:`nacre_lab.reproduce.trial.Method`.
+        The method; see :class:`nacre_lab.reproduce.trial.Method`.
     protocol
         Name of the protocol and its settings.
     measures
-        By the keys of :data:`nacre_lab.benchmark.protocol.MEASURES`; None where there is no value.
+        Values by the keys of :data:`nacre_lab.benchmark.protocol.MEASURES`; None if there is none.
     missing
-        Why there is none, by key.
+        Why a value is None, by key.
     unavailable
-        Why the method has nothing for the material, in place of measures; None where it has.
+        Why the method cannot represent the material, instead of measures; else None.
     sha256
-        Of the material's file.
+        SHA-256 of the material's file.
     settings
-        Of the method, JSON-able.
+        Settings of the method, JSON-able.
     versions, machine
-        Of libraries by name; the system, processor and number of cores.
+        Versions of libraries by name; the system, processor and number of cores.
     command
-        What measures this row again.
+        The command that repeats this row.
     date
-        When it was measured, UTC.
+        Time of the measurement, UTC.
     """
 
     split: str
@@ -72,13 +72,13 @@ class Row:
 
 
 _TYPES = {f.name: str if "str" in str(f.type).partition("[")[0] else dict for f in fields(Row)}
-"""Of the values in a line; a row that is not unavailable has null there."""
+"""Types of the values in a line; `unavailable` may also be null."""
 
 
 def read_results(path: Path) -> list[Row]:
-    """The rows of a file; of several of one material, method, split and protocol the last.
+    """The rows of a file; the last one for each material, method, split and protocol.
 
-    A line that is not whole, which a killed process may leave, is passed over.
+    An incomplete line, which a killed process may leave, is skipped.
 
     Raises
     ------
@@ -101,14 +101,14 @@ def read_results(path: Path) -> list[Row]:
 
 
 class Results:
-    """A results file that is written; of threads and processes only one may.
+    """A results file to write; only one thread or process may use it.
 
     Parameters
     ----------
     path
         The file; made when the first row is kept.
     fresh
-        Whether rows that are there count as absent.
+        Ignore existing rows.
     """
 
     def __init__(self, path: Path, *, fresh: bool = False) -> None:
@@ -117,7 +117,7 @@ class Results:
         self._known = {} if fresh else {row.key: row for row in rows}
 
     def find(self, key: str) -> Row | None:
-        """The row of a fingerprint; None where there is none."""
+        """The row with a fingerprint; None if there is none."""
         return self._known.get(key)
 
     def keep(self, row: Row) -> None:
@@ -138,15 +138,15 @@ class Results:
 def open_results(path: Path, *, fresh: bool = False) -> Iterator[Results]:
     """The results file at a path, for this process alone.
 
-    What is there and holds no results stays, unless outputs may replace anything
+    Another file stays, unless outputs may replace anything
     (:func:`nacre.io.outputs.overwrite`).
 
     Raises
     ------
     FormatError
-        If something else is there, or the file cannot be read.
+        If another file is there, or the file cannot be read.
     NacreError
-        If another process works on it.
+        If another process is using it.
     """
     if path.is_symlink():
         raise FormatError(f"{path}: is a symbolic link; name the file itself")
@@ -156,7 +156,7 @@ def open_results(path: Path, *, fresh: bool = False) -> Iterator[Results]:
         try:
             stack.enter_context(exclusive(path.with_name(f".{path.name}.lock"), wait=False))
         except BlockingIOError as error:
-            raise NacreError(f"{path}: another nacre bench adds to it") from error
+            raise NacreError(f"{path}: another nacre bench is adding to it") from error
         except OSError as error:
             raise FormatError(f"{path}: cannot be written: {error.strerror or error}") from error
         if path.exists():
@@ -167,7 +167,7 @@ def open_results(path: Path, *, fresh: bool = False) -> Iterator[Results]:
 
 
 def _make_room(path: Path) -> None:
-    """Empty a file that holds something else, where that may be."""
+    """Empty a file with other content, if it may be replaced."""
     try:
         read_results(path)
     except FormatError:
@@ -177,7 +177,7 @@ def _make_room(path: Path) -> None:
 
 
 def _parse(line: str) -> Row | None:
-    """The row in a line; None where it is not whole."""
+    """The row in a line; None if it is incomplete."""
     try:
         content: Any = json.loads(line)
     except (ValueError, RecursionError):

@@ -1,4 +1,4 @@
-"""A run of the benchmark: what is missing in the results file is measured and added."""
+"""A run of the benchmark, which measures and adds the rows missing from the results file."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ from nacre_lab.reproduce.trial import Method, Reference
 
 _LIBRARIES = "numpy", "scipy", "numba", "scikit-image", "flip-evaluator", "torch"
 _DECIDING = "methods", "protocol", "splits"
-"""Modules of the benchmark that decide what is measured, by all that they reach."""
+"""Modules of the benchmark that determine the results, with all that they import."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a run.
+    """The result of a run.
 
     Parameters
     ----------
     rows
-        All that was asked for, in order: materials by materials.
+        All requested rows in order, by material.
     measured
-        How many of them were measured now; the others were in the file.
+        Number of rows measured now; the others were in the file.
     """
 
     rows: Sequence[Row]
@@ -60,34 +60,34 @@ def run(
     fresh: bool = False,
     progress: Progress = silent,
 ) -> Outcome:
-    """Measure what is not in the results file yet, one after the other: times are comparable.
+    """Measure the rows missing from the results file, one by one, so that times are comparable.
 
     Parameters
     ----------
     split
         The materials.
     output
-        The results file; rows are added to those that are there.
+        The results file to add rows to.
     names
-        Of methods; all but the slow ones where empty.
+        Methods; all but the slow ones if empty.
     only
-        Of materials; all of the split where empty.
+        Materials; all of the split if empty.
     folder
-        Where the measured files of the split's database are.
+        Folder with the measured files of the split's database.
     protocol
         One of :data:`nacre_lab.benchmark.protocol.PROTOCOLS`.
     cache
-        Folder of the bases that are trained; beside the output where None.
+        Folder for trained bases; beside the output if None.
     fresh
-        Whether to measure again what is there.
+        Measure existing rows again.
     progress
-        Called as it goes on.
+        Called with the progress.
 
     Raises
     ------
     NacreError
-        If there is no such method or material, a file is missing or another one, or the output
-        cannot be added to. A method that has nothing for a material gets a row that says why.
+        If a method or material is unknown, a file is missing or not the expected one, or the output
+        cannot be extended. If a method cannot represent a material, a row tells why.
     """
     for module in ("skimage.metrics", "flip_evaluator"):
         require(module, "render")
@@ -152,7 +152,7 @@ def _row(
 
 
 def _measured(row: Row, reference: Reference, method: Method) -> Row:
-    """The row with its results, and with what they were measured on."""
+    """The row with its results, and the versions and machine behind them."""
     now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
     row = replace(row, versions=_versions(method), machine=_machine(), date=now)
     try:
@@ -163,14 +163,14 @@ def _measured(row: Row, reference: Reference, method: Method) -> Row:
 
 
 def _package(method: Method) -> str:
-    """The module that a method of another package was written in; empty for those of the lab."""
+    """The module of a method from another package; empty for those of the lab."""
     module = inspect.getmodule(method.fit)
     name = module.__name__ if module else ""
     return "" if name.partition(".")[0] in ("nacre", "nacre_lab") else name
 
 
 def _package_code(method: Method) -> str:
-    """Fingerprint of the code of a method of another package, as far as it is Python."""
+    """Fingerprint of the code of a method from another package, if it is Python."""
     found = ""
     with suppress(ValueError, SyntaxError, ImportError):
         if name := _package(method):
@@ -197,7 +197,7 @@ def _machine() -> dict[str, Any]:
 
 
 def _processor() -> str:
-    """What the processor calls itself, as far as that can be known."""
+    """The name of the processor, if it can be found."""
     with suppress(OSError):
         for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
             if line.startswith("model name"):

@@ -1,4 +1,4 @@
-"""Splits of the benchmark: which materials are judged, and which ones codes may learn from."""
+"""Splits of the benchmark: materials to test on, and materials that codes may learn from."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ class Split:
     Parameters
     ----------
     name, about
-        What it is called, and what is in it.
+        Its name and content.
     materials
-        What methods are judged on: names of materials that come with nacre, or of the database.
+        Materials to test methods on: names of materials that come with nacre, or in the database.
     training
-        What bases of codes are trained on; none of the above.
+        Materials to train bases of codes on; none of the above.
     database
         Whose measured files the materials without a colon in their names are; see
-        :func:`nacre.download.databases.databases`. None where all come with nacre.
+        :func:`nacre.download.databases.databases`. None if all come with nacre.
     """
 
     name: str
@@ -39,7 +39,7 @@ class Split:
     database: str | None = None
 
     def path(self, material: str, folder: Path | None = None) -> Path:
-        """The file of a material, which is the one that everybody else has.
+        """The file of a material, checked to be the same for everybody.
 
         Parameters
         ----------
@@ -59,17 +59,17 @@ class Split:
         file = database.file_name(material)
         get = f"'nacre download {self.database} {material}' fetches it"
         if folder is None:
-            raise NacreError(f"{self.name}: needs {file}; {get}, --measured names its folder")
+            raise NacreError(f"{self.name}: needs {file}; {get}, and --measured names its folder")
         path = folder / file
         if not path.is_file():
             raise NacreError(f"{folder}: has no {file}; {get}")
         expected = database.facts(material).sha256
         if expected is not None and digest(path) != expected:
-            raise NacreError(f"{path}: is not the file that the benchmark is of; {get}")
+            raise NacreError(f"{path}: is not the file that the benchmark uses; {get}")
         return path
 
     def chosen(self, only: Sequence[str]) -> tuple[str, ...]:
-        """Some of the materials in their order; all where none are named.
+        """The named materials in their order, or all.
 
         Raises
         ------
@@ -79,7 +79,7 @@ class Split:
         for name in only:
             if name not in self.materials:
                 known = ", ".join(self.materials)
-                raise NacreError(f"{name!r} is no material of the split {self.name} ({known})")
+                raise NacreError(f"{name!r} is not a material of the split {self.name} ({known})")
         return tuple(name for name in self.materials if not only or name in only)
 
 
@@ -108,5 +108,5 @@ def find_split(name: str) -> Split:
         If there is none; the message lists them.
     """
     if name not in splits():
-        raise NacreError(f"{name!r} is no split (known: {', '.join(splits())})")
+        raise NacreError(f"{name!r} is not a split (known: {', '.join(splits())})")
     return splits()[name]

@@ -1,4 +1,4 @@
-"""Results as Markdown: a table for each split and protocol, a line a method."""
+"""Results as Markdown: one table per split and protocol, one line per method."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ SHOWN = (
     *(f"{light}_{key}" for light in LIGHTS for key in ("psnr_db", "ssim", "flip")),
     *("fit_cpu_s", "eval_ns", "noise", "reciprocity_error", "max_albedo"),
 )
-"""Measures in tables; files have all."""
+"""Measures in tables; files hold all."""
 
 _LARGEST = "max_albedo"
-"""Of which the largest of the materials counts, not the mean."""
+"""Measure of which the largest value over materials counts instead of the mean."""
 
 
 def grouped(rows: Iterable[Row]) -> dict[tuple[str, str], list[Row]]:
-    """Rows by what may be compared: the name of the split and that of the protocol."""
+    """Comparable rows, by the names of split and protocol."""
     found: dict[tuple[str, str], list[Row]] = {}
     for row in rows:
         found.setdefault((row.split, str(row.protocol.get("name"))), []).append(row)
@@ -30,7 +30,7 @@ def grouped(rows: Iterable[Row]) -> dict[tuple[str, str], list[Row]]:
 
 
 def summary(rows: Sequence[Row], key: str) -> tuple[float | None, int]:
-    """Mean of a measure over the rows that have it, the largest of albedos, and how many have."""
+    """Mean of a measure over the rows that have it (for albedos, the largest), and their number."""
     values = [v for row in rows if (v := row.measures.get(key)) is not None]
     if not values:
         return None, 0
@@ -38,7 +38,7 @@ def summary(rows: Sequence[Row], key: str) -> tuple[float | None, int]:
 
 
 def markdown(rows: Iterable[Row], measures: Sequence[str] = SHOWN) -> str:
-    """Tables with their titles, methods by size; below each, what has no rows and why.
+    """Tables with titles, methods by size; below each, what has no result and why.
 
     A cell is the mean over the materials; where some have no value, their number follows in
     parentheses. What no material has is a dash.

@@ -1,5 +1,3 @@
-"""`nacre bench`."""
-
 from __future__ import annotations
 
 from dataclasses import asdict
@@ -10,12 +8,10 @@ import click
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import aside, counted, print_facts, report, say
+from nacre.cli.report import aside, counted, print_facts, progress, report, say
 
 
 def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
-    """Print every split and method, and stop."""
     if not value or context.resilient_parsing:
         return
     from nacre_lab.benchmark.methods import SLOW, methods
@@ -26,14 +22,14 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
     known = methods(PROTOCOLS["full"])
     print_facts("methods", [(name, method.about) for name, method in known.items()])
     print_facts("measures", [(key, measure.about) for key, measure in MEASURES.items()])
-    say(f"\nmethods that take minutes, only tried when named: {', '.join(SLOW)}")
+    say(f"\nmethods that take minutes, run only if named: {', '.join(SLOW)}")
     context.exit()
 
 
 @make(
     "bench",
     option("--split", metavar="NAME", default="included"),
-    "Materials to judge methods on; --list names the splits.",
+    "Materials to test methods on; see --list.",
     option(
         "--methods",
         callback=options.names,
@@ -44,15 +40,15 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
     option("--only", multiple=True, metavar="NAME"),
     "Material of the split to measure. May be repeated.",
     option("--measured", options.INPUT),
-    "Folder of the measured files of the split, as nacre download leaves them.",
+    "Folder with the measured files of the split, as nacre download writes them.",
     options.output_option(required=False, shown="bench-SPLIT.jsonl"),
-    "Results file (.jsonl) to add rows to; what it has is not measured again.",
-    option("--quick", is_flag=True, help="Make short fits and small pictures to look at."),
+    "Results file (.jsonl) to add rows to; existing rows are not measured again.",
+    option("--quick", is_flag=True, help="Make short fits and small pictures for a first look."),
     option("--cache", options.OUTPUT, shown="OUTPUT.cache"),
-    "Folder of the bases of codes that are trained.",
-    option("--fresh", is_flag=True, help="Measure again what the file has."),
+    "Folder for the trained latent bases.",
+    option("--fresh", is_flag=True, help="Measure existing rows again."),
     option("--show", options.INPUT, multiple=True, metavar="FILE"),
-    "Results file to print as a table in Markdown, in place of measuring. May be repeated.",
+    "Results file to print as a Markdown table instead of measuring. May be repeated.",
     option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list),
     "Print the names of all splits, methods and measures.",
 )
@@ -67,12 +63,12 @@ def command(
     fresh: bool,
     show: tuple[Path, ...],
 ) -> None:
-    """Measure representations of materials by the open benchmark, or print its results.
+    """Measure representations of materials with the open benchmark, or print its results.
 
-    Every method is tried on every material of the split: bytes, errors of pictures, times, noise,
-    reciprocity and energy. The results file has a line of JSON for each pair, with versions,
-    machine and the command that measures it again; it is only added to, and a run that was stopped
-    goes on. Other packages bring methods: see docs/guide/benchmark.md.
+    Every method is tried on every material of the split, for bytes, errors of pictures, times,
+    noise, reciprocity and energy. The results file has one line of JSON for each pair, with
+    versions, machine and the command that repeats it. Lines are only added, and a stopped run
+    resumes. Other packages can add methods: see docs/guide/benchmark.md.
     """
     if show:
         _print_tables(show)
@@ -95,7 +91,7 @@ def command(
     )
     missing = [row for row in found.rows if row.unavailable is not None]
     for row in missing:
-        aside(f"left out: {row.method} of {row.material}: {row.unavailable}")
+        aside(f"left out: {row.method} for {row.material}: {row.unavailable}")
     kept = len(found.rows) - found.measured
     new = counted(found.measured, "row measured", "rows measured")
     line = f"{output}: {new}, {kept:,} there already, {len(missing):,} without a result"
@@ -109,11 +105,11 @@ def _print_tables(paths: tuple[Path, ...]) -> None:
 
     for given, flag in options.given():
         if given.name != "show":
-            raise click.UsageError(f"--show prints what was measured; leave out {flag}")
+            raise click.UsageError(f"--show prints existing results; leave out {flag}")
     rows = []
     for path in paths:
         found = read_results(path)
         if not found:
-            raise FormatError(f"{path}: has no whole row")
+            raise FormatError(f"{path}: has no complete row")
         rows += found
     report(markdown(rows).splitlines(), [asdict(row) for row in rows])

@@ -1,5 +1,3 @@
-"""`nacre reproduce`."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -11,16 +9,14 @@ from click import IntRange
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import aside, print_facts, report, say
+from nacre.cli.report import aside, print_facts, progress, report, say
 
 _FIELDS: dict[str | None, str | None] = {"cache": "folder"}
-"""Names of options that are called otherwise in :class:`nacre_lab.reproduce.experiment.Request`."""
+"""Options with other names in :class:`nacre_lab.reproduce.experiment.Request`."""
 _ALWAYS = frozenset(("experiment", "files", "output"))
 
 
 def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
-    """Print every experiment and method, and stop."""
     if not value or context.resilient_parsing:
         return
     from nacre_lab.reproduce import EXPERIMENTS
@@ -50,56 +46,56 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
         metavar="NAME,NAME",
         shown="what the paper compares, and nacre's own",
     ),
-    "Methods to compare: codes for table2, samplers for fig13 to fig16, codecs like unified-32 "
+    "Methods to compare: codes for table2, samplers for fig13 to fig16, codecs such as unified-32 "
     "for textures.",
     option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list),
     "Print the names of all experiments and methods.",
     option("--published", options.INPUT, multiple=True),
-    "Folder of published networks, MATERIAL.h5 each, or of tables of fits. May be repeated.",
+    "Folder of published networks (MATERIAL.h5) or of tables of fits. May be repeated.",
     option("--basis", options.INPUT, shown="a pretrained one"),
-    "Basis of nacre latent train: principal components for the method pca, any for fig11 and "
-    "fig12; for fig13 to fig16 one that predicts lobes and was not trained on the materials.",
+    "Basis from nacre latent train: principal components for the method pca; any for fig11 and "
+    "fig12; for fig13 to fig16, one that predicts lobes and was not trained on the materials.",
     options.environment_option(),
-    option("--size", IntRange(16, 1024), shown="128, of textures 256"),
+    option("--size", IntRange(16, 1024), shown="128; 256 for textures"),
     "Width and height of each picture in pixels.",
     option("--recipe", ["reference", "default"], default="default"),
-    "Way to train the networks of btf-...: as the paper does, or ours.",
+    "Training recipe for the networks of btf-...: the paper's, or ours.",
     option("--steps", IntRange(1), shown="3000 for btf-...; 8000, or 500 with --quick"),
-    "Steps of training each network of btf-..., the same for all, or each basis of fig13 to fig16.",
+    "Training steps for each network of btf-..., or for each basis of fig13 to fig16.",
     option("--epochs", IntRange(1), shown="100; for btf-... see --steps"),
-    "Epochs of each training; of btf-... in place of --steps.",
+    "Epochs of each training; for btf-..., instead of --steps.",
     option("--minutes", options.positive(1e6)),
-    "Minutes of training each network of btf-..., in place of --steps.",
+    "Training time for each network of btf-... in minutes, instead of --steps.",
     options.device_option(default="cpu"),
     "PyTorch device to train the networks of btf-... on.",
     option("--unseen", multiple=True, metavar="NAME", shown="textures whose names end in 12"),
-    "Texture to keep from the training of btf-..., or material for fig13 to fig16 to show and to "
-    "keep from the training of predictors. May be repeated.",
+    "Texture to exclude from the training of btf-..., or material to show in fig13 to fig16 and "
+    "exclude from the training of predictors. May be repeated.",
     option("--other", options.INPUT, multiple=True),
-    "Folder or file of further unseen textures for btf-fig6, of any directions. May be repeated.",
+    "Folder or file of more unseen textures for btf-fig6, with any directions. May be repeated.",
     option("--height-fields", options.INPUT),
-    "Folder of height fields for btf-fig5, NAME.exr each; see nacre btf capture --height-map.",
+    "Folder of height fields for btf-fig5 (NAME.exr); see nacre btf capture --height-map.",
     option("--again", options.INPUT),
-    "Folder of second measurements for btf-table1, with other noise and the same names.",
-    option("--quick", is_flag=True, help="Make short fits and small pictures to look at."),
+    "Folder of second measurements for btf-table1, with different noise but the same names.",
+    option("--quick", is_flag=True, help="Make short fits and small pictures for a first look."),
     options.seed_option(),
     option("--cache", options.OUTPUT, shown="OUTPUT/cache"),
-    "Folder of results to keep.",
-    option("--fresh", is_flag=True, help="Make again what is in the cache."),
+    "Folder to keep results in.",
+    option("--fresh", is_flag=True, help="Ignore and replace the cache."),
     options.jobs_option(),
 )
 def command(
     experiment: str, files: tuple[Path, ...], output: Path, cache: Path | None, **chosen: Any
 ) -> None:
-    """Make a table or figure of a paper again from given materials.
+    """Reproduce a table or figure of a paper from given materials.
 
-    EXPERIMENT is one that --list prints: of the NBRDF paper, like table1 or fig6, or of "Unified
-    Neural Encoding of BTFs", like btf-table1. For the latter INPUT are textures, or folders of
-    some, all measured at the same pairs of directions; codecs are trained on those that are not
-    kept unseen.
+    EXPERIMENT is one that --list prints: from the NBRDF paper, such as table1 or fig6, or from
+    "Unified Neural Encoding of BTFs", such as btf-table1. For the latter, INPUT are textures, or
+    folders of textures, measured at the same pairs of directions; codecs are trained on those not
+    excluded by --unseen.
 
-    Every pair of a material and a method is tried once and kept: a run that was stopped continues,
-    and other experiments on the same materials find what they need.
+    Every pair of a material and a method is tried once and cached: a stopped run resumes, and other
+    experiments on the same materials reuse the results.
     """
     from nacre_lab.reproduce import EXPERIMENTS
     from nacre_lab.reproduce.experiment import Request, reproduce
@@ -118,7 +114,7 @@ def command(
 
 
 def _refuse_unheeded(experiment: str, heeded: frozenset[str]) -> None:
-    """Raise if an option is given that the experiment does not heed."""
+    """Refuse options that the experiment does not use."""
     for given, flag in options.given():
         if _FIELDS.get(given.name, given.name) not in heeded | _ALWAYS:
             raise click.BadParameter(f"{flag} is not for {experiment}")

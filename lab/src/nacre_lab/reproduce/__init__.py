@@ -1,8 +1,8 @@
-"""The tables and figures of both papers, made again from any materials and textures.
+"""The tables and figures of both papers, reproduced from any materials and textures.
 
-Every pair of a material and a method is tried once (:mod:`nacre_lab.reproduce.trial`) and kept in a
-folder (:mod:`nacre_lab.reproduce.cache`), and so is what codecs make of textures
-(:mod:`nacre_lab.reproduce.textures`); each experiment is a view of what was kept.
+Every pair of a material and a method is tried once (:mod:`nacre_lab.reproduce.trial`) and cached in
+a folder (:mod:`nacre_lab.reproduce.cache`), as are the results of codecs on textures
+(:mod:`nacre_lab.reproduce.textures`); each experiment is a view of the cached results.
 """
 
 from nacre.registry import Registry
@@ -26,4 +26,4 @@ EXPERIMENTS: Registry[Experiment] = Registry(
         for name in names.split()
     },
 )
-"""Every table and figure by name; those of the paper on textures begin with `btf-`."""
+"""Every table and figure by name; those from the paper on textures begin with `btf-`."""

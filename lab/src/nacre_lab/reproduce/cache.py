@@ -1,7 +1,7 @@
-"""Results in a folder, so that an experiment that was stopped goes on where it was.
+"""Results cached in a folder, so that a stopped experiment can resume.
 
-What is kept is named by its kind and a fingerprint of all that decides it: the contents of the
-material's file, the method and its settings, the protocol, and the code of nacre that matters.
+A result is named by its kind and a fingerprint of everything that determines it: the contents of
+the material's file, the method and its settings, the protocol, and the code involved.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ from nacre.io.files import atomic_path
 from nacre.runtime.code_fingerprint import code_fingerprint, code_text
 
 SOURCES = tuple(Path(package.__path__[0]) for package in (nacre, nacre_lab))
-"""Folders of the modules that decide results."""
-"""Where nacre's modules are."""
+"""Folders of the modules that determine results."""
+"""The folder of nacre's modules."""
 _DECIDING = ("codes", "extracted", "methods", "noise", "samplers", "texture_network", "trial")
-"""Modules of experiments that decide what a trial finds, by all that they reach."""
+"""Modules of experiments that determine the result of a trial, with all that they import."""
 
 Arrays = Mapping[str, Any]
 _Kept = TypeVar("_Kept")
 
 
 class Cache:
-    """Results in a folder, which is made when the first one is kept.
+    """Results in a folder, which is made for the first one.
 
-    Where `fresh`, what other runs kept counts as absent.
+    If `fresh`, results from other runs are ignored.
     """
 
     def __init__(self, folder: Path, *, fresh: bool = False) -> None:
@@ -46,25 +46,25 @@ class Cache:
         return self.folder / f"{key}{ending}"
 
     def find(self, key: str, names: Sequence[str]) -> dict[str, Any] | None:
-        """Arrays that were kept; None where there are none, or a damaged file."""
+        """Cached arrays; None if there are none, or the file is damaged."""
         path = self.path(key)
         if self._absent(path):
             return None
         try:
             with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
                 return {name: arrays[name] for name in names}
-        except Exception:  # zipfile and NumPy meet damage in many ways
+        except Exception:  # damage raises many errors in zipfile and NumPy
             return None
 
     def keep(self, key: str, arrays: Arrays) -> None:
-        """Write arrays, whole or not at all."""
+        """Write arrays completely or not at all."""
         self.folder.mkdir(parents=True, exist_ok=True)
         with atomic_path(self.path(key), internal=True) as temporary:
             np.savez_compressed(temporary, **arrays)
         self._made.add(self.path(key))
 
     def arrays(self, key: str, names: Sequence[str], make: Callable[[], Arrays]) -> Arrays:
-        """Arrays that were kept, or that are made and kept now."""
+        """Cached arrays, or new ones, which are cached."""
         found = self.find(key, names)
         if found is None:
             found = dict(make())
@@ -78,7 +78,7 @@ class Cache:
         make: Callable[[Path], _Kept],
         save: Callable[[_Kept, Path], object],
     ) -> _Kept:
-        """What is in a `.safetensors` file, or is made and saved now.
+        """The content of a `.safetensors` file, made and saved if necessary.
 
         Parameters
         ----------
@@ -87,8 +87,8 @@ class Cache:
         load, save
             Read and write it.
         make
-            Given what names of files start with for the state of work that is stopped, from which
-            it goes on. These files are removed once the result is saved.
+            Called with a prefix for files with the state of stopped work, to resume from. These
+            files are removed once the result is saved.
         """
         path = self.path(key, ".safetensors")
         if not self._absent(path):
@@ -119,19 +119,19 @@ def cache_key(kind: str, facts: object) -> str:
 
 
 def code_digest() -> str:
-    """Fingerprint of the code that decides what a trial finds."""
+    """Fingerprint of the code that determines the result of a trial."""
     return code_fingerprint(
         *(f"nacre_lab.reproduce.{name}" for name in _DECIDING), within=("nacre",)
     )
 
 
 def module_digest(*patterns: str) -> str:
-    """SHA-256 of the code of the modules that some patterns of paths name.
+    """SHA-256 of the code in the modules that match some patterns of paths.
 
     Raises
     ------
     ValueError
-        If a pattern names no module: one was moved, and results would be kept without it.
+        If a pattern matches no module: one was moved, and its code would not count.
     """
     found: set[tuple[Path, Path]] = set()
     for pattern in patterns:

@@ -1,4 +1,4 @@
-"""Figures 11 and 12: a map of codes, and what lies between them."""
+"""Figures 11 and 12: a map of codes, and materials between codes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from nacre.figures.page import Page, broken
 from nacre_lab.reproduce.experiment import Experiment, Outcome, Request
 
 COUNT = 5
-"""Materials in a row of Figure 12, both ends too."""
+"""Materials in a row of Figure 12, including both ends."""
 
 _SIDE, _GAP, _NAMES = 1.2, 0.08, 1.4
 """Inches: edge of a picture, between two, and width of the names on either side."""
@@ -37,7 +37,7 @@ class CodeMap(Experiment):
 
 @dataclass(frozen=True, kw_only=True)
 class CodeRows(Experiment):
-    """A row for every pair of files: the first belongs to the second, the third to the fourth."""
+    """One row for each pair of files: first and second, third and fourth, and so on."""
 
     heeds: frozenset[str] = frozenset(("basis", "quick"))
 
@@ -64,12 +64,12 @@ class CodeRows(Experiment):
         return Outcome({"": page.figure}, note=f"{len(files)} materials")
 
 
-_CODES = "codes of the basis given, found by `nacre latent encode`; the materials given; "
+_CODES = "codes from the given basis, found by `nacre latent encode`; the given materials; "
 FIG11 = CodeMap(
     title="a map of codes",
-    differs=f"{_CODES}those that the basis was not trained on, by their names, are ringed",
+    differs=f"{_CODES}materials whose names the basis was not trained on are ringed",
 )
 FIG12 = CodeRows(
     title="materials between two codes",
-    differs=f"{_CODES}the ball of `nacre render` in place of the paper's scene",
+    differs=f"{_CODES}the ball of `nacre render` instead of the paper's scene",
 )

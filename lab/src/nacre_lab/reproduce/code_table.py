@@ -1,4 +1,4 @@
-"""Table 2: codes of all materials, of those that the bases have seen and of those held out."""
+"""Table 2: codes of all materials, of those seen in training and of those held out."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _PAPER = (
     ("the paper's NBRDF autoencoder", "0.0178 ± 0.013", "0.0194 ± 0.014", "0.968 ± 0.031"),
     ("the paper's PCA (Nielsen et al. 2015)", "0.0199 ± 0.008", "0.0227 ± 0.009", "0.982 ± 0.007"),
 )
-"""NBRDF paper, Table 2: over all materials of MERL, of which four fifths were trained on."""
+"""NBRDF paper, Table 2: over all materials of MERL, four fifths of them used in training."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CodeComparison(Comparison):
-    """Codes of all materials by bases that were trained on four fifths of them."""
+    """Codes of all materials from bases trained on four fifths of them."""
 
     heeds: frozenset[str] = OPTIONS
 
@@ -74,7 +74,7 @@ class CodeComparison(Comparison):
 
 
 def _groups(study: Study) -> dict[str, Study]:
-    """The study of all materials, of those trained on, and of those held out."""
+    """The study of all materials, of those used in training, and of those held out."""
     assert isinstance(study.settings, CodeSettings)
     parts: dict[str, dict[str, Path]] = {_SEEN: {}, _HELD_OUT: {}}
     for name, path in study.materials.items():
@@ -85,9 +85,9 @@ def _groups(study: Study) -> dict[str, Study]:
 TABLE2 = CodeComparison(
     title="codes of all materials, of those seen in training, and of those held out",
     choose=every,
-    differs="the data differ: the materials named below in place of the 100 of MERL; spheres of "
-    "`nacre compare` (fixed directions of light, no path tracing) in place of the paper's scene; "
-    "nacre's own training of the autoencoder; principal components of colors in place of single "
-    "channels; more codes than the two",
+    differs="the data differ: the materials named below instead of the 100 of MERL; spheres of "
+    "`nacre compare` (fixed directions of light, no path tracing) instead of the paper's scene; "
+    "nacre's own training of the autoencoder; principal components of colors instead of single "
+    "channels; more codes than the paper's two",
     tables={x: tuple(f"{x} {m}" for m in ("MAE", "RMSE", "SSIM", "PSNR")) for x in LIGHTS},
 )

@@ -1,4 +1,4 @@
-"""What Table 2 compares: codes of materials, by bases that were trained on most of them."""
+"""What Table 2 compares: codes of materials, from bases trained on most of them."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from nacre_lab.reproduce.cache import Cache, cache_key, code_digest
 from nacre_lab.reproduce.trial import Method, Settings
 
 HELD_OUT = 0.2
-"""Fraction of the materials that is held out."""
+"""Fraction of the materials held out."""
 MIN_MATERIALS = 5
-"""Number of materials of which one can be held out."""
+"""Least number of materials of which one can be held out."""
 
 
 class Code(NamedTuple):
-    """One way to give a material a code: in words, the kind of its basis, whether refined."""
+    """A kind of code: in words, the kind of its basis, and whether it is refined."""
 
     about: str
     kind: str
@@ -49,22 +49,22 @@ CODES: Mapping[str, Code] = {
 
 @dataclass(frozen=True)
 class CodeSettings(Settings):
-    """What the trials of codes share.
+    """Settings shared by the trials of codes.
 
     Parameters
     ----------
     code_dim
-        Numbers in a code.
+        Number of values in a code.
     steps
-        Of a training, at most.
+        Largest number of training steps.
     mixtures
-        Mixtures of two materials that the autoencoder is trained on as well.
+        Mixtures of two materials added to the training of the autoencoder.
     trained
-        Number of materials that the bases are trained on.
+        Number of materials used in training.
     predictors
-        Whether bases predict lobes for importance sampling, too.
+        Whether bases also predict lobes for importance sampling.
     held_out
-        Names of the files of the others.
+        File names of the held-out materials.
     """
 
     code_dim: int = 32
@@ -75,11 +75,11 @@ class CodeSettings(Settings):
     held_out: tuple[str, ...] = ()
 
     def quick(self) -> CodeSettings:
-        """Short trainings: figures to look at."""
+        """Settings of short trainings, for a first look."""
         return replace(self, steps=500, mixtures=60)
 
     def summary(self) -> str:
-        """The settings in one line, for people."""
+        """The settings in one line."""
         return (
             f"{self.pictures()}; codes of {self.code_dim} values; bases of the {self.trained} "
             f"materials that are not held out, trained for {self.steps:,} steps at most; seed "
@@ -87,7 +87,7 @@ class CodeSettings(Settings):
         )
 
     def recipe(self, kind: str) -> Any:
-        """The recommended settings of a training, with these in place of its own."""
+        """The recommended settings of a training, changed to these."""
         basis = BASES[kind]
         settings = {"code_dim": self.code_dim, "mixtures": self.mixtures, "seed": self.seed}
         known: dict[str, Any] = {field.name: field.default for field in fields(basis.Recipe)}
@@ -97,7 +97,7 @@ class CodeSettings(Settings):
 
 
 def split(files: Sequence[Path], seed: int) -> tuple[list[Path], list[Path]]:
-    """Materials to train on, and held-out ones, whatever order they are given in."""
+    """Training materials and held-out ones, independent of the given order."""
     files = sorted(files)
     order = np.random.default_rng(seed).permutation(len(files))
     held = round(HELD_OUT * len(files))
@@ -111,10 +111,10 @@ def code_methods(
     cache: Cache,
     progress: Progress,
 ) -> tuple[dict[str, Method], CodeSettings]:
-    """Methods of :data:`CODES` by name, and settings that say what was held out.
+    """Methods of :data:`CODES` by name, and settings with the held-out materials.
 
-    Of the isotropic materials in `files` a seeded fifth is held out; bases of the others that are
-    not in the cache yet are trained. The state of trainings that were stopped is there, too.
+    A random fifth of the isotropic materials in `files` is held out; bases for the others are
+    trained if they are not in the cache, which also keeps the state of stopped trainings.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def bases(
     cache: Cache,
     progress: Progress,
 ) -> dict[str, LatentBasis]:
-    """Bases of isotropic materials by kind: those that are kept, and those that are trained now.
+    """Bases of isotropic materials by kind, trained if they are not in the cache.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Figures 10 and 17: the errors of methods by material, and against their memory."""
+"""Figures 10 and 17: errors of methods by material, and against memory."""
 
 from __future__ import annotations
 
@@ -16,23 +16,24 @@ from nacre_lab.reproduce.summary import Summary, summarize
 from nacre_lab.reproduce.trial import HIGHER_IS_BETTER, LIGHTS
 
 FAMILIES = {"network": COLORS[0], "analytic": COLORS[1], "table": COLORS[2]}
-"""Colors of the families of methods; any other is ink."""
+"""Colors of the families of methods; others are black."""
 
 FLOOR = 1e-5
-"""Least 1 - SSIM that is drawn; what is below lies there."""
+"""Least 1 - SSIM in the plot; smaller values are drawn there."""
 
 _ROW, _PANEL, _NAMES, _SPACE = 0.24, 3.4, 1.6, 1.1
-"""Inches: height of a row, width of a panel, of the methods' names, and right of a panel."""
+"""Inches: height of a row, width of a panel, of the methods' names, and of the right margin."""
 _SERIES = tuple(SIZES), tuple(ENHANCED_SIZES)
 """Networks that differ only in their size."""
 _HIGHEST_PSNR = 60.0
-"""What an infinite PSNR is drawn as, in dB."""
+"""Value drawn for an infinite PSNR, in dB."""
 
 
 def error_strips(study: Study, methods: Sequence[str]) -> Figure:
     """1 - SSIM of every material, a dot each, in a row for each method; a panel for each light.
 
-    A bar is the mean; the worst material is named. Rows come by their mean under the first light.
+    A bar is the mean; the worst material is named. Rows are sorted by the mean under the first
+    light.
 
     Parameters
     ----------
@@ -131,7 +132,7 @@ def _panel(axes: Any, study: Study, methods: Sequence[str], name: str) -> None:
 
 
 def _label(method: str, drawn: Container[str]) -> str:
-    """A method's name; only the number of weights inside a line of several sizes."""
+    """A method's label; within a line of several sizes, only the number of weights."""
     for series in _SERIES:
         sizes = [name for name in series if name in drawn]
         if method in sizes[:-1]:
@@ -140,12 +141,12 @@ def _label(method: str, drawn: Container[str]) -> str:
 
 
 def _heights(item: Summary, structural: bool) -> list[float]:
-    """Mean, mean less and more a standard deviation, and worst, as they are drawn."""
+    """Mean, mean minus and plus a standard deviation, and worst, as drawn."""
     spread = item.deviation if math.isfinite(item.deviation) else 0.0
     values = item.mean, item.mean - spread, item.mean + spread, item.worst
     return [_error(v) if structural else min(v, _HIGHEST_PSNR) for v in values]
 
 
 def _error(similarity: float) -> float:
-    """1 - SSIM as it is drawn."""
+    """1 - SSIM as drawn."""
     return max(1.0 - similarity, FLOOR)

@@ -1,4 +1,4 @@
-"""What every table and figure has in common: what it is asked for, what comes of it, its files."""
+"""The base of every table and figure: its request, outcome and files."""
 
 from __future__ import annotations
 
@@ -20,54 +20,54 @@ from nacre_lab.reproduce.tables import write_csv, write_text
 from nacre_lab.reproduce.trial import TRUTH
 
 LeftOut = tuple[str, str, Sequence[str]]
-"""A method, why it was not tried, and on which materials."""
+"""A method, why it was left out, and for which materials."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """What a user asks of an experiment.
+    """A user's request to an experiment.
 
     Parameters
     ----------
     files
         Materials, or textures and folders of some.
     methods
-        Names of what is compared; the experiment's own choice where empty.
+        Names of the methods to compare; the experiment's own choice if empty.
     folder
-        For what is kept; made if it is not there.
+        Cache of results, made if necessary.
     published
-        Folders of networks that others fitted, and of tables of fits.
+        Folders with published networks or tables of fits.
     basis
-        A file of :mod:`nacre.latent`; the pretrained one where None.
+        A file of :mod:`nacre.latent`; the pretrained one if None.
     environment
-        Latitude-longitude map; the built-in studio where None.
+        Latitude-longitude map; the built-in studio if None.
     size
-        Pixels along an edge of the pictures; the experiment's own choice where None.
+        Pixels along an edge of the pictures; the experiment's own choice if None.
     recipe
-        Of networks for textures, by name.
+        Name of the recipe of networks for textures.
     steps, epochs, minutes
-        Length of each training: epochs of any network, steps and minutes of those for textures,
-        steps of bases too; the experiment's own choice where None.
+        Length of each training: epochs for any network, steps and minutes for those for textures,
+        steps also for bases; the experiment's own choice if None.
     device
-        PyTorch device that networks for textures are trained on.
+        PyTorch device to train networks for textures on.
     unseen
-        Names of textures or materials that are kept from training.
+        Names of textures or materials to exclude from training.
     other
-        Files or folders of further unseen textures, of any directions.
+        Files or folders of more unseen textures, with any directions.
     height_fields
-        Folder of heights that the texels of unseen textures are points of, NAME.exr each.
+        Folder of height fields (NAME.exr) for unseen textures whose texels follow a surface.
     again
         Folder of second measurements of unseen textures.
     quick
-        Whether pictures are small and trainings short: figures to look at.
+        Make small pictures and short trainings, for a first look.
     seed
-        Of everything random.
+        Seed of everything random.
     fresh
-        Whether what is kept is made again.
+        Ignore and replace cached results.
     jobs
-        Materials at a time; one a core where None.
+        Number of materials at the same time; one per core if None.
     progress
-        Called as the work goes on.
+        Called with the progress.
     """
 
     files: Sequence[Path]
@@ -94,26 +94,26 @@ class Request:
 
     @property
     def cache(self) -> Cache:
-        """Where results are kept."""
+        """The cache of results."""
         return Cache(self.folder, fresh=self.fresh)
 
     def find_basis(self) -> LatentBasis:
-        """The basis that codes are of: that in the file given, or the pretrained one."""
+        """The basis of codes: that in the given file, or the pretrained one."""
         basis: LatentBasis = find_basis(str(self.basis or "neural"))
         return basis
 
     def known_methods(self, known: Iterable[str]) -> list[str]:
-        """The methods asked for.
+        """The requested methods.
 
         Raises
         ------
         NacreError
-            If there is none of a name.
+            If a name is unknown.
         """
         names = [name for name in known if name != TRUTH]
         for name in self.methods:
             if name not in names:
-                raise NacreError(f"{name!r} is no method here; --list prints them")
+                raise NacreError(f"{name!r} is not a method here; --list prints them")
         return list(self.methods)
 
 
@@ -126,13 +126,13 @@ class Outcome:
     pages
         Matplotlib figures by what is added to the experiment's name.
     columns, rows
-        Of the CSV file; there is none without columns.
+        Table for the CSV file; without columns, there is none.
     text
-        Markdown; there is no file where it is empty.
+        Markdown; if empty, there is no file.
     note
-        A few words on the pictures.
+        A few words about the pictures.
     left_out
-        What was not tried.
+        Methods that were left out.
     animations
         Frames, two or more, by what is added to the experiment's name.
     """
@@ -146,7 +146,7 @@ class Outcome:
     animations: Mapping[str, Sequence[Bytes]] = field(default_factory=dict)
 
     def write(self, name: str, folder: Path) -> list[Path]:
-        """Write CSV, Markdown, pictures and animations, `name` in front of each; gives their paths.
+        """Write CSV, Markdown, pictures and animations with the prefix `name`; returns their paths.
 
         Raises
         ------
@@ -179,9 +179,9 @@ class Experiment(ABC):
     title
         What it shows.
     differs
-        How the protocol differs from the paper's.
+        How the protocol differs from that of the paper.
     heeds
-        Names of the fields of :class:`Request` that it heeds, besides its files.
+        Fields of :class:`Request` that it uses, besides the files.
     """
 
     title: str
@@ -190,14 +190,14 @@ class Experiment(ABC):
 
     @abstractmethod
     def run(self, name: str, request: Request) -> Outcome:
-        """Make what is not kept yet, and draw it.
+        """Compute what is not cached, and draw it.
 
         Parameters
         ----------
         name
             Of the experiment.
         request
-            What is asked for.
+            The request.
 
         Raises
         ------
@@ -208,7 +208,7 @@ class Experiment(ABC):
         """
 
     def describe(self, facts: Mapping[str, str], left_out: Sequence[LeftOut]) -> str:
-        """The end of a Markdown page: facts by their titles, and how all differs from the paper."""
+        """The end of a Markdown page: facts by title, and the differences from the paper."""
         lines = [f"**{title}:** {text}." for title, text in facts.items()]
         lines.append(f"**Differs from the paper:** {self.differs}.")
         if left_out:

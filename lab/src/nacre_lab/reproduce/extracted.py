@@ -1,4 +1,4 @@
-"""Microfacets found by power iteration, as 540 numbers that f_r and samples both come from.
+"""Microfacets found by power iteration: 540 numbers from which f_r and samples both come.
 
 Dupuy, Heitz, Iehl, Poulin and Ostromoukhov 2015; Table 3 of the NBRDF paper counts 2.16 KB. Beside
 the tables of :class:`nacre.analytic.power_iteration.TabulatedMicrofacets` there are 90 sums of the
@@ -20,7 +20,7 @@ from nacre.brdf import Brdf, Sampler
 from nacre.geometry import dot, from_spherical, half_vector, reflect, to_spherical
 from nacre.measured.axis import bisect, zero_index
 
-_UNIFORM = 0.01  # share of normals of any direction: what is reflected anywhere is sampled
+_UNIFORM = 0.01  # fraction of normals in any direction, so that all reflected light is sampled
 _QUARTER = 0.5 * math.pi
 _STEPS = NODES - 1
 _TINY = 1e-30  # least divisor
@@ -29,8 +29,8 @@ _TINY = 1e-30  # least divisor
 class NormalSampler(Sampler):
     """The view, mirrored about normals h of density D(h) cos(theta_h).
 
-    Over x = sqrt(2 theta_h / pi) the density is linear between nodes, so that its sums are found
-    backwards in closed form. Nothing below the horizon counts: the density integrates to less than
+    Over x = sqrt(2 theta_h / pi) the density is linear between nodes, so its sums can be inverted
+    in closed form. Directions below the horizon do not count: the density integrates to less than
     one.
 
     Parameters
@@ -79,9 +79,9 @@ class NormalSampler(Sampler):
 
     @staticmethod
     def _density(mass: Array, x: Array, h: Components, wi: Components, wo: Components) -> Array:
-        """Density of a direction from that of x, which is per step between two nodes."""
+        """Density of a direction from that of x, given per step between two nodes."""
         xp = namespace(mass)
-        # sin(theta_h) goes with x^2: both vanish at the pole, where the density is cut off.
+        # sin(theta_h) is like x^2: both vanish at the pole, where the density is cut off.
         area = 2.0 * math.pi**2 * x * xp.sqrt(h[0] * h[0] + h[1] * h[1])
         facing = dot(wo, h)
         value = _STEPS * mass / (xp.maximum(area, 1e-9) * 4.0 * xp.maximum(facing, 1e-6))
@@ -89,7 +89,7 @@ class NormalSampler(Sampler):
 
 
 class ExtractedMicrofacets(Brdf):
-    """Tables of D, its projected area and F, and the sums of D that they are sampled by."""
+    """Tables of D, its projected area and F, and the sums of D for sampling."""
 
     isotropy_known = True
 
@@ -103,5 +103,5 @@ class ExtractedMicrofacets(Brdf):
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the tables and of the sums, as the paper counts them: 2,160."""
+        """Bytes of the tables and the sums, as counted in the paper: 2,160."""
         return self._tables.nbytes + 4 * NODES

@@ -1,4 +1,4 @@
-"""Figure 15: the kitchen, crops of it by every sampler, and which material is where."""
+"""Figure 15: the kitchen, crops of it with every sampler, and the places of the materials."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def colors(count: int) -> Floats:
 
 
 def color_key(count: int, size: tuple[int, int]) -> Floats:
-    """The kitchen with the flat color of its material everywhere, in display values.
+    """The kitchen with a flat color for each material, in display values.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def color_key(count: int, size: tuple[int, int]) -> Floats:
     Returns
     -------
     array
-        Shape (height, width, 3); what has no material of the study is gray.
+        Shape (height, width, 3); gray where no material of the study is.
     """
     mi = mitsuba()
     flat = [matte(*color) for color in (colors(count) ** 2.2).tolist()]

@@ -1,4 +1,4 @@
-"""Figure 8: lobes of methods over those of the material."""
+"""Figure 8: lobes of methods drawn over those of the material."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ INCIDENCE = tuple(math.radians(degrees) for degrees in (15.0, 45.0, 75.0, 80.0))
 """Polar angles of the light."""
 
 FIGURES = tuple(f"light at {math.degrees(angle):g}°" for angle in INCIDENCE)
-"""Names of what :func:`lobe_errors` measures, one for each angle of incidence."""
+"""Names of the values of :func:`lobe_errors`, one for each angle of incidence."""
 
 _LAST = 89
-"""Degrees of the outermost viewer."""
+"""Angle of the outermost viewer in degrees."""
 
 
 def lobe_pages(study: Study, methods: Sequence[str]) -> dict[str, Any]:
-    """A polar plot of each material, by its name: of the truth and of the methods."""
+    """A polar plot for each material, by name, with the truth and the methods."""
     pages = {}
     for material in study.materials:
         found = [m for m in methods if (material, m) in study.trials]
@@ -39,7 +39,7 @@ def lobe_pages(study: Study, methods: Sequence[str]) -> dict[str, Any]:
 
 
 def with_lobe_errors(study: Study, methods: Sequence[str], progress: Progress) -> Study:
-    """The same trials with :func:`lobe_errors` in place of their figures."""
+    """The same trials with :func:`lobe_errors` instead of their figures."""
     trials = {}
     for index, material in enumerate(study.materials):
         truth = study.fitted(material, TRUTH)
@@ -55,9 +55,9 @@ def with_lobe_errors(study: Study, methods: Sequence[str], progress: Progress) -
 def lobe_errors(truth: Brdf, other: Brdf) -> list[float]:
     """Mean of |log10 g - log10 f| over viewers in the plane of incidence, in decades.
 
-    Viewers are a degree apart, up to 89 degrees from the normal on both sides; f and g are
-    luminances of f_r. Viewers where f is not known or 0 do not count; g is at least a millionth of
-    the largest f.
+    Viewers are one degree apart, up to 89 degrees from the normal on both sides; f and g are
+    luminances of f_r. Viewers for which f is unknown or 0 do not count; g is clamped to at least a
+    millionth of the largest f.
 
     Returns
     -------

@@ -25,30 +25,30 @@ from nacre_lab.reproduce.texture_network import fit_texture_network
 from nacre_lab.reproduce.trial import TRUTH, Method, Settings
 
 GAIN = 16.0
-"""Of the loss that analytic models are fitted with: fairer in pictures than the paper's 1."""
+"""Gain of the loss for analytic models: fairer in pictures than the paper's 1."""
 
 
 def _by_weights(kind: str, *hidden: tuple[int, int]) -> dict[str, tuple[int, int]]:
-    """Widths of two hidden layers, of six inputs and three outputs, by their number of weights."""
+    """Widths of two hidden layers between six inputs and three outputs, by number of weights."""
     return {f"{kind}-{6 * a + a * b + 3 * b + (a + b + 3)}": (a, b) for a, b in hidden}
 
 
 SIZES = _by_weights("nbrdf", *((n, n) for n in (6, 9, 13, 16, 21, 28, 36, 46)))
-"""Hidden layers of the networks, by names that say their number of weights."""
+"""Hidden layers of the networks, by names with their number of weights."""
 ENHANCED_SIZES = _by_weights(
     "enhanced", (6, 6), (9, 9), (13, 12), (16, 16), (21, 21), (28, 28), (46, 46)
 )
-"""The same of networks of enhanced inputs, which take half as many bytes a weight."""
+"""The same for networks with enhanced inputs, which take half as many bytes per weight."""
 
 
 TEXTURE_NETWORK = "texture-network-2019"
-"""Name of the method that takes the longest by far, about a minute a material."""
+"""Name of the slowest method by far, about a minute per material."""
 PHONG_SAMPLED = "nbrdf-675-phong"
-"""The paper's "NBRDF + PhongIS": a network, sampled by the two numbers of section 3.3."""
+"""The paper's "NBRDF + PhongIS": a network, sampled with the two numbers of section 3.3."""
 
 
 class UnavailableError(NacreError):
-    """A method that has nothing for this material."""
+    """A method that cannot represent this material."""
 
 
 def methods(
@@ -56,9 +56,8 @@ def methods(
 ) -> dict[str, Method]:
     """Every method by name.
 
-    Networks in the folders `published` have the names of their materials; each table of fits there
-    is a method of its own. `basis` is of principal components of other materials
-    (:class:`nacre.latent.PcaBasis`).
+    Networks in the folders `published` are named after their materials; each table of fits there is
+    a method. `basis` has principal components of other materials (:class:`nacre.latent.PcaBasis`).
 
     Raises
     ------
@@ -96,15 +95,15 @@ def methods(
             replace(recipe, sampling="hemisphere"),
         ),
         "enhanced-675-long": _network(
-            "network of enhanced inputs, hidden layers 21-21, trained three times as long",
+            "network with enhanced inputs, hidden layers 21-21, trained three times as long",
             replace(enhanced, epochs=3 * recipe.epochs),
         ),
         "stereographic-685": _network(
-            "network of the projected directions, as for textures, hidden layers 22-22",
+            "network with projected directions, as for textures, hidden layers 22-22",
             replace(recipe, hidden=(22, 22), inputs=STEREOGRAPHIC),
         ),
         TEXTURE_NETWORK: Method(
-            "network of Rainer et al. 2019 for textures, one a material",
+            "network of Rainer et al. 2019 for textures, one per material",
             lambda brdf: fit_texture_network(brdf, epochs=settings.epochs, seed=settings.seed),
             "network",
             {"epochs": settings.epochs, "seed": settings.seed},
@@ -121,7 +120,7 @@ def methods(
             {"resolution": astuple(COMPACT)},
         ),
         "power-iterations": Method(
-            "microfacets by power iteration, sampled by their normals", _extracted, "table"
+            "microfacets by power iteration, sampled through their normals", _extracted, "table"
         ),
         "pca": _codes(basis),
     }
@@ -139,7 +138,7 @@ def _phong_sampled(recipe: Recipe) -> Method:
             raise UnavailableError("is for isotropic materials")
         return fit(brdf, recipe).replaced(sampler=fit_blinn_phong(brdf))
 
-    about = "network, hidden layers 21-21, sampled by a Blinn-Phong lobe and the cosine"
+    about = "network, hidden layers 21-21, sampled with a Blinn-Phong lobe and the cosine"
     return Method(about, fit_both, "network", {"recipe": asdict(recipe), "sampler": "phong"})
 
 
@@ -176,7 +175,7 @@ def _published(folders: tuple[Path, ...]) -> Method:
 
 
 def _published_fits(folders: tuple[Path, ...]) -> dict[str, Method]:
-    """A method for each table of fits in some folders, by the name of its file."""
+    """A method for each table of fits in some folders, by file name."""
     # Of two folders with one name the first counts.
     paths = [path for folder in reversed(folders) for path in sorted(folder.glob("*.fit"))]
     return {f"published-{path.stem}": _published_table(path) for path in paths}
@@ -186,7 +185,7 @@ def _published_table(path: Path) -> Method:
     known, problem = materials(path), ""
     try:
         load_brdf(path, next(iter(known), None))
-    except FormatError as error:  # of a model that is not read
+    except FormatError as error:  # a model that nacre does not read
         problem = str(error)
 
     def find(brdf: Brdf) -> Brdf:
@@ -195,12 +194,12 @@ def _published_table(path: Path) -> Method:
             raise UnavailableError(problem or f"{path}: no material of this name")
         return load_brdf(path, name)
 
-    about = f"parameters that others published in {path.name}"
+    about = f"published parameters from {path.name}"
     return Method(about, find, "analytic", {"table": digest(path)})
 
 
 def _file_stem(brdf: Brdf) -> str:
-    """The name of a material that published fits to it are found by."""
+    """The name under which published fits to a material are found."""
     return Path((brdf.source or {}).get("file", brdf.name)).stem
 
 
@@ -209,7 +208,7 @@ def _codes(path: Path | None) -> Method:
 
     def encode(brdf: Brdf) -> Brdf:
         if basis is None or basis.kind != "pca":
-            raise UnavailableError("needs --basis, principal components of other materials")
+            raise UnavailableError("needs --basis with principal components of other materials")
         return basis.decode(basis.encode(brdf), brdf.name)
 
     values = f"{basis.code_dim} values" if basis else "values"
@@ -219,5 +218,5 @@ def _codes(path: Path | None) -> Method:
 
 def _table(brdf: Brdf) -> RglBrdf:
     if not brdf.isotropic:
-        raise UnavailableError("48 KB hold no table of an anisotropic material")
+        raise UnavailableError("a table of an anisotropic material does not fit into 48 KB")
     return tabulate(brdf, COMPACT)

@@ -1,6 +1,6 @@
-"""Noise of path-traced pictures against samples per pixel, by the way materials are sampled.
+"""Noise of path-traced pictures against samples per pixel, by sampler.
 
-Every sampler in every picture of a scene is kept from one run to the next.
+Results for every sampler and picture of a scene are cached between runs.
 """
 
 from __future__ import annotations
@@ -25,27 +25,27 @@ from nacre_lab.reproduce.cache import Cache, cache_key, code_digest
 
 Picture = npt.NDArray[np.float32]
 Describe = Callable[[Sequence[Any], tuple[int, int]], dict[str, Any]]
-"""A scene of some BSDFs, at a size in pixels."""
+"""A scene with some BSDFs, at a size in pixels."""
 
 MEASURES = ("MAE", "RMSE", "MAPE", "PSNR")
 _DARK = 0.01
-"""Added to what MAPE divides by: black pixels would decide it."""
+"""Added to the divisor of MAPE, which black pixels would dominate."""
 
 
 @dataclass(frozen=True)
 class NoiseSettings:
-    """How pictures are made.
+    """Settings of the pictures.
 
     Parameters
     ----------
     size
         Width and height in pixels.
     counts
-        Samples per pixel at which errors are taken, increasing.
+        Increasing numbers of samples per pixel at which errors are computed.
     shown
-        Those of the picture that is shown; one of `counts`.
+        Samples per pixel of the picture shown; one of `counts`.
     reference
-        Those of the picture that the others are compared with.
+        Samples per pixel of the reference picture.
     """
 
     size: tuple[int, int] = (360, 240)
@@ -57,16 +57,16 @@ class NoiseSettings:
 
 @dataclass(frozen=True)
 class Convergence:
-    """How a picture became less noisy.
+    """How the noise of a picture decreased.
 
     Parameters
     ----------
     seconds
-        Spent until each count, without compiling.
+        Time until each count, without compiling.
     errors
         By measure, at each count.
     picture
-        At the count that is shown: linear RGB, shape (height, width, 3).
+        Picture at the count `shown`: linear RGB, shape (height, width, 3).
     """
 
     seconds: Sequence[float]
@@ -77,7 +77,7 @@ class Convergence:
 def reference(
     describe: Describe, brdfs: Sequence[Brdf], settings: NoiseSettings, progress: Progress
 ) -> Picture:
-    """The converged picture, with samples that no other picture has."""
+    """The converged picture, with samples of its own."""
     scene = _scene(describe, brdfs, settings)
     sizes = pass_sizes([settings.reference])
     picture: Any = None
@@ -97,7 +97,7 @@ def converge(
     scene = _scene(describe, brdfs, settings)
     sizes = pass_sizes(settings.counts)
     for _ in accumulate(scene, sorted(set(sizes)), settings.seed):
-        pass  # compiles, for passes of every size
+        pass  # compile for passes of every size
     seconds: list[float] = []
     found: dict[str, list[float]] = {measure: [] for measure in MEASURES}
     shown: Any = None
@@ -119,7 +119,7 @@ def converge(
 def errors(truth: npt.NDArray[np.floating], other: npt.NDArray[np.floating]) -> Mapping[str, float]:
     """MAE, RMSE, MAPE and PSNR (dB) of linear pictures after clipping and a gamma of 2.2.
 
-    MAPE is the mean of |b - a| / (a + 0.01), as a share.
+    MAPE is the mean of |b - a| / (a + 0.01), as a fraction.
     """
     a, b = tone_map(truth).astype(np.float64), tone_map(other).astype(np.float64)
     rmse = math.sqrt(float(np.mean((b - a) ** 2)))
@@ -138,8 +138,8 @@ def _scene(describe: Describe, brdfs: Sequence[Brdf], settings: NoiseSettings) -
 
 @dataclass
 class NoiseStudy:
-    """What came of a scene: the materials of pictures by what they show, the pictures when they
-    have converged, and others by sampler, too.
+    """The results for a scene: the materials of each picture by its name, converged pictures, and
+    runs by picture and sampler.
     """
 
     settings: NoiseSettings
@@ -153,7 +153,7 @@ class NoiseStudy:
         return np.asarray(np.mean(values, axis=0))
 
     def seconds(self, sampler: str) -> Floats:
-        """The same of seconds."""
+        """Mean seconds at each count of samples."""
         values = [self.found[name, sampler].seconds for name in self.references]
         return np.asarray(np.mean(values, axis=0))
 
@@ -168,7 +168,7 @@ def run_noise(
     *,
     fingerprints: Mapping[str, str] | None = None,
 ) -> NoiseStudy:
-    """Render what is not in the cache yet.
+    """Render what is not in the cache.
 
     Parameters
     ----------
@@ -177,9 +177,9 @@ def run_noise(
     groups
         The materials of each picture, by its name.
     samplers
-        What gives a material its sampler, by name. References use the material's own.
+        Functions that give a material its sampler, by name. References use its own.
     fingerprints
-        By the name of a sampler, what else than the material and the code decides it.
+        By name of a sampler, what determines it besides the material and the code.
     """
     study = NoiseStudy(settings, groups)
     total, done = len(groups) * (len(samplers) + 1), 0
@@ -219,7 +219,7 @@ def run_noise(
 
 
 def _find(cache: Cache, key: str, counts: int) -> Convergence | None:
-    """What was kept; None where there is nothing whole."""
+    """The cached results; None if there are none or they are incomplete."""
     arrays = cache.find(key, ["picture", "seconds", *MEASURES])
     if arrays is None:
         return None

@@ -1,4 +1,4 @@
-"""Figures 13 to 16: noise of pictures of two scenes, by the way their materials are sampled."""
+"""Figures 13 to 16: noise in pictures of two scenes, by sampler."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ _PANEL, _LEGEND_WIDTH = 3.0, 1.9
 """Inches: width and height of a plot, and width of the names of all lines."""
 
 _DIFFERS = (
-    "scenes of nacre's own; the materials named below in place of the test set of MERL, none of "
-    "which its predictor was trained on; their f_r is that of the files; labels are lobes of "
-    "Blinn-Phong and GGX models that nacre fits, in place of published parameters; the autoencoder "
-    "is trained by nacre; blinn-phong and nacre are found by search for the least variance, and "
-    "what ends in -predicted, or begins with autoencoder, learned by variance; errors are of "
-    "pictures after clipping and a gamma of 2.2"
+    "nacre's own scenes; the materials named below instead of the test set of MERL, none of them "
+    "used to train its predictor; their f_r is that of the files; labels are lobes of Blinn-Phong "
+    "and GGX models fitted by nacre instead of published parameters; the autoencoder is trained by "
+    "nacre; blinn-phong and nacre are found by a search for the least variance, and those that end "
+    "in -predicted or begin with autoencoder learned to minimize it; errors are those of pictures "
+    "after clipping and a gamma of 2.2"
 )
 
 
@@ -51,9 +51,9 @@ class NoiseFigure(Experiment):
     scene
         The scene.
     together
-        Whether all materials are in one picture, or each in one of its own.
+        Whether all materials are in one picture, instead of one each.
     draw
-        Its page, of a study and samplers.
+        Draws the page from a study and samplers.
     """
 
     differs: str = _DIFFERS
@@ -120,7 +120,7 @@ class NoiseFigure(Experiment):
 def _bases(
     kind: str, files: Sequence[Path], others: Sequence[Path], request: Request
 ) -> UnseenBases:
-    """Bases of a kind that have not seen the materials they are for; kept with the results."""
+    """Bases of a kind that have not seen their materials; cached with the results."""
     settings = CodeSettings(seed=request.seed, predictors=True)
     if request.steps is not None:
         settings = replace(settings, steps=request.steps)
@@ -129,13 +129,13 @@ def _bases(
     given = request.find_basis() if request.basis else None
     if given is not None and not given.predictors:
         raise NacreError(
-            f"{request.basis}: predicts no lobes; make it by nacre latent train --model neural"
+            f"{request.basis}: predicts no lobes; train one with nacre latent train --model neural"
         )
     return unseen_bases(kind, files, others, given, settings, request.cache, request.progress)
 
 
 def picture_page(study: NoiseStudy, samplers: Sequence[str]) -> Figure:
-    """The reference and a picture by every sampler, a row for each thing that is shown."""
+    """The reference and a picture for every sampler, one row for each subject."""
     columns, rows = 1 + len(samplers), len(study.references)
     settings = study.settings
     tall = _EDGE * settings.size[1] / settings.size[0]
@@ -162,7 +162,7 @@ def error_page(study: NoiseStudy, samplers: Sequence[str]) -> Figure:
     """Mean errors of all pictures against samples per pixel, and RMSE against seconds."""
     shown = [
         *((measure, "samples per pixel") for measure in MEASURES),
-        ("RMSE", "seconds a picture"),
+        ("RMSE", "seconds per picture"),
     ]
     figure, panels = charts(len(shown), _PANEL * len(shown) + _LEGEND_WIDTH, _PANEL * 1.1)
     for axes, (measure, label) in zip(panels, shown, strict=True):
@@ -177,13 +177,13 @@ def error_page(study: NoiseStudy, samplers: Sequence[str]) -> Figure:
 
 
 def equal_time(study: NoiseStudy, sampler: str, seconds: float) -> float:
-    """Mean RMSE of a sampler after a time, between the counts of samples in log-log."""
+    """Mean RMSE of a sampler after a time, interpolated between sample counts in log-log."""
     x, y = np.log(study.seconds(sampler)), np.log(study.mean(sampler, "RMSE"))
     return float(np.exp(np.interp(np.log(seconds), x, y)))
 
 
 def noise_table(study: NoiseStudy, samplers: Sequence[str]) -> tuple[list[str], list[list[str]]]:
-    """Head and rows: errors at the count that is shown, its seconds, and RMSE at equal time.
+    """Head and rows: errors and seconds at the count `shown`, and RMSE at equal time.
 
     The time is that of the fastest sampler at that count.
     """
@@ -210,7 +210,7 @@ def all_errors(study: NoiseStudy, samplers: Sequence[str]) -> list[Sequence[obje
 
 _PLATES: dict[str, Any] = {"scene": describe_plates, "together": False}
 _KITCHEN: dict[str, Any] = {"scene": describe_kitchen, "together": True}
-FIG13 = NoiseFigure(title="plates by several samplers", draw=picture_page, **_PLATES)
+FIG13 = NoiseFigure(title="plates with several samplers", draw=picture_page, **_PLATES)
 FIG14 = NoiseFigure(title="errors of the plates", draw=error_page, **_PLATES)
-FIG15 = NoiseFigure(title="a kitchen by several samplers", draw=kitchen_page, **_KITCHEN)
+FIG15 = NoiseFigure(title="a kitchen with several samplers", draw=kitchen_page, **_KITCHEN)
 FIG16 = NoiseFigure(title="errors of the kitchen", draw=error_page, **_KITCHEN)

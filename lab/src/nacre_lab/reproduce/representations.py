@@ -42,28 +42,28 @@ from nacre_lab.reproduce.trial import (
 )
 
 Pages = Mapping[str, Figure]
-"""Matplotlib figures by what is added to the experiment's name."""
+"""Matplotlib figures by suffix to the experiment's name."""
 
-TIMES = ("million rays a second", "seconds a million paths", "time relative to GGX")
-"""Names of what :func:`with_times` measures."""
+TIMES = ("million rays per second", "seconds per million paths", "time relative to GGX")
+"""Names of the values from :func:`with_times`."""
 _GGX = "Mitsuba's roughconductor"
 _ROUNDS, _SPP = 5, 64
 
 _PROTOCOL = (
-    "spheres of `nacre compare` (fixed directions of light, no path tracing) in place of the "
-    "paper's scene; the materials named below in place of the 100 of MERL; networks by nacre's "
+    "spheres of `nacre compare` (fixed directions of light, no path tracing) instead of the "
+    "paper's scene; the materials named below instead of the 100 of MERL; networks with nacre's "
     "recipe (other training directions unless the name says adaptive or uniform, another "
-    "initialization and learning rate, no ReLU on the output while training); "
+    "initialization and learning rate, no ReLU on the output in training); "
     "analytic models fitted by nacre, with a loss gain of 16 unless the name says otherwise; "
-    "published parameters where --published has tables of them"
+    "published parameters if --published has tables of them"
 )
 _SEEN = "enhanced-675", "nbrdf-675", "published", "pca", "npf", "sgd", "ggx", "rgl-48k"
 OPTIONS = frozenset(("methods", "environment", "size", "quick", "seed", "folder", "fresh", "jobs"))
-"""Fields of a request that every comparison heeds."""
+"""Fields of a request that every comparison uses."""
 
 
 def _compared(names: Iterable[str]) -> list[str]:
-    """All quick methods, of networks only the paper's size."""
+    """All quick methods, with networks of the paper's size only."""
     sizes = {*SIZES, *ENHANCED_SIZES} - {"nbrdf-675", "enhanced-675"}
     return [name for name in _quick(names) if name not in sizes]
 
@@ -97,22 +97,22 @@ def _spheres(study: Study, chosen: Sequence[str]) -> Pages:
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison(Experiment):
-    """A table or figure of trials of materials by methods.
+    """A table or figure that compares methods on materials.
 
     Parameters
     ----------
     choose
-        The methods it compares unless others are asked for, from all names.
+        Chooses the default methods from all names.
     draw
-        Its pictures, of a study and methods.
+        Draws its pictures from a study and methods.
     tables
-        Figures in each table, by its title.
+        Figures in each table, by title.
     anisotropic
-        Whether it is of anisotropic materials only.
+        Whether it is for anisotropic materials only.
     prepare
-        Changes what the trials found into what the tables show, and reports how far it is.
+        Turns the results of trials into what the tables show, and reports progress.
     paper
-        The paper's own figures in Markdown, to set below the tables.
+        The paper's figures in Markdown, to put below the tables.
     """
 
     differs: str = _PROTOCOL
@@ -129,12 +129,12 @@ class Comparison(Experiment):
         for folder in request.published:
             if not folder.is_dir():
                 raise NacreError(
-                    f"{folder}: is no folder; --published takes folders of networks and tables"
+                    f"{folder}: is not a folder; --published takes folders of networks and tables"
                 )
         if self.anisotropic:
             for path in request.files:
                 if load_brdf(path).isotropic:
-                    raise NacreError(f"{path}: is isotropic; {name} is of anisotropic materials")
+                    raise NacreError(f"{path}: is isotropic; {name} is for anisotropic materials")
         lighting = load_environment(request.environment) if request.environment else None
         settings = Settings(
             request.size or Settings.size,
@@ -163,7 +163,7 @@ class Comparison(Experiment):
     def candidates(
         self, request: Request, settings: Settings
     ) -> tuple[Mapping[str, Method], Settings]:
-        """What can be compared by name, and the settings of all trials."""
+        """The known methods by name, and the settings of all trials."""
         return methods(settings, request.published, request.basis), settings
 
     def results(self, study: Study, chosen: Sequence[str]) -> list[str]:
@@ -176,11 +176,11 @@ class Comparison(Experiment):
     def outcome(
         self, name: str, study: Study, chosen: Sequence[str], progress: Progress
     ) -> Outcome:
-        """Tables and pages of a study that has trials of the truth and of the chosen methods."""
+        """Tables and pages of a study with trials of the truth and the chosen methods."""
         prepared = self.prepare(study, chosen, progress)
         parts = [
             f"# {name}: {self.title}\n",
-            "Mean ± standard deviation over materials; the worst material, and which one it is.\n",
+            "Mean ± standard deviation over materials, and the worst value with its material.\n",
         ]
         parts += self.results(prepared, chosen)
         if self.paper:
@@ -193,7 +193,7 @@ class Comparison(Experiment):
 
 
 def _by_format(materials: Mapping[str, Path]) -> str:
-    """Names of materials, with the format of their files behind: of what they are the truth."""
+    """Names of materials, followed by the format of their files, which tells what the truth is."""
     found: dict[str, list[str]] = {}
     for name, path in materials.items():
         found.setdefault(identify(path).name, []).append(name)
@@ -201,11 +201,11 @@ def _by_format(materials: Mapping[str, Path]) -> str:
 
 
 def with_times(study: Study, chosen: Sequence[str], progress: Progress) -> Study:
-    """The same trials with times of rendering in place of their figures.
+    """The same trials with rendering times instead of their figures.
 
     The ball of `nacre render` is path traced, twice as wide as the study's spheres; all methods of
     a material take turns with Mitsuba's own GGX, `roughconductor`. Each representation is sampled
-    by its own sampler. Rays are those of the paths and those to lights; how many a path has is
+    by its own sampler. Rays are those along paths and those to lights; the number per path is
     counted apart from the timing.
     """
     mi = mitsuba()
@@ -238,7 +238,7 @@ _TABLES: Mapping[str, tuple[str, ...]] = {
 }
 
 _PAPER_TIMES = """\
-| representation | million rays a second | KB |
+| representation | million rays per second | KB |
 |---|---:|---:|
 | Bagher et al. | 10.64 | 0.13 |
 | RGL | 10.66 | 48.0 |
@@ -255,41 +255,41 @@ TABLE1 = Comparison(
     choose=_compared,
 )
 TABLE3 = Comparison(
-    title="time of rendering and memory",
+    title="rendering time and memory",
     choose=_fixed(
         *(PHONG_SAMPLED, "nbrdf-675", "enhanced-675", "cook-torrance", "ggx", "abc-microfacet"),
         *("sgd", "npf", "power-iterations", "tabulated-microfacets", "rgl-48k"),
     ),
-    differs="another machine, and a later Mitsuba that compiles a scene, shapes and materials "
-    "alike; Mitsuba's own GGX in the same run is what times are relative to; the ball of `nacre "
-    "render` in place of the paper's scene; nacre's fits, plugins and samplers for all, of which "
-    f"{PHONG_SAMPLED} has the paper's and power-iterations the normals of its own tables; the "
-    f"lobe of {PHONG_SAMPLED} is found by search: one that is predicted takes the same time",
+    differs="another machine, and a later Mitsuba that compiles the whole scene; times are "
+    "relative to Mitsuba's own GGX in the same run; the ball of `nacre render` instead of the "
+    "paper's scene; nacre's fits, plugins and samplers for all, except that "
+    f"{PHONG_SAMPLED} has the paper's sampler and power-iterations the normals of its own tables; "
+    f"the lobe of {PHONG_SAMPLED} is found by a search: a predicted one takes the same time",
     tables={"times": TIMES},
     prepare=with_times,
     paper=_PAPER_TIMES,
 )
 FIG2 = Comparison(
-    title="the network of 2019 for textures, of one reflectance",
+    title="the network of 2019 for textures, on one reflectance",
     choose=_fixed(TEXTURE_NETWORK, "stereographic-685", "nbrdf-675"),
     draw=_both_lights,
-    differs="spheres of `nacre compare` in place of the paper's scene; the materials named below; "
-    "the network sees each at the pairs of directions of the dome of Bonn, up to 75 degrees: the "
-    "paper does not say which it took; its encoder's sizes and its training are nacre's; beside it "
-    "are a small network of the same inputs, and an NBRDF",
+    differs="spheres of `nacre compare` instead of the paper's scene; the materials named below; "
+    "the network sees each at the pairs of directions of the Bonn dome, up to 75 degrees, since "
+    "the paper does not say which it used; its encoder's sizes and its training are nacre's; "
+    "beside it are a small network with the same inputs, and an NBRDF",
 )
 FIG5 = Comparison(
-    title="materials of other databases",
+    title="materials from other databases",
     choose=_fixed("nbrdf-675", "enhanced-675"),
     draw=_both_lights,
     differs=_PROTOCOL.replace(
-        "the 100 of MERL", "four of the RGL database and two of Nielsen et al."
+        "the 100 of MERL", "four from the RGL database and two from Nielsen et al."
     )
-    + "; of a published network the network itself is the truth",
+    + "; for a published network, the network itself is the truth",
 )
-FIG6 = Comparison(title="materials by several methods", choose=_fixed(*_SEEN), draw=_spheres)
+FIG6 = Comparison(title="materials with several methods", choose=_fixed(*_SEEN), draw=_spheres)
 FIG7 = Comparison(
-    title="SSIM over the picture, mean of the materials",
+    title="SSIM over the picture, mean over materials",
     choose=_compared,
     draw=lambda study, chosen: {light: mean_maps(study, chosen, light) for light in LIGHTS},
 )
@@ -308,11 +308,11 @@ FIG9 = Comparison(
         *("enhanced-675", "enhanced-2625", "nbrdf-675", "nbrdf-2625"), *("ggx-anisotropic", "ggx")
     ),
     draw=_spheres,
-    differs=_PROTOCOL.replace("the 100 of MERL", "the 11 anisotropic ones of the RGL database"),
+    differs=_PROTOCOL.replace("the 100 of MERL", "the 11 anisotropic ones in the RGL database"),
     anisotropic=True,
 )
 FIG10 = Comparison(
-    title="SSIM of every material by every method",
+    title="SSIM of every material with every method",
     choose=_compared,
     draw=lambda study, chosen: {"": error_strips(study, chosen)},
 )

@@ -1,4 +1,4 @@
-"""Ways to sample a reflectance that figures 13 to 16 compare, by name."""
+"""Samplers of reflectances that figures 13 to 16 compare, by name."""
 
 from __future__ import annotations
 
@@ -24,14 +24,13 @@ FITTED: Mapping[str, Callable[[Brdf], Sampler]] = {
     "nacre": fit_lobes,
     "own": lambda brdf: brdf.sampler,
 }
-"""What needs the reflectance only. Those that end in "-fitted" are lobes of the analytic model that
-looks most alike, the paper's labels; "blinn-phong" and "nacre" have the least variance. "rgl" is
-the warp of its table, of one made of it where it is none; "own" is the sampler that the reflectance
-has."""
+"""Samplers that need only the reflectance. Those ending in "-fitted" are lobes of the most similar
+analytic model, the paper's labels; "blinn-phong" and "nacre" have the least variance. "rgl" is the
+warp of its table, or of a table made from it; "own" is the reflectance's own sampler."""
 
 
 class Predicted(NamedTuple):
-    """What a basis predicts: its kind, and the name of its predictor."""
+    """A kind of basis, and the name of its predictor."""
 
     kind: str
     predictor: str
@@ -46,14 +45,15 @@ PREDICTED: Mapping[str, Predicted] = {
     "ggx-predicted": Predicted("neural", "ggx"),
     "nacre-predicted": Predicted("neural", "mixture"),
 }
-"""What comes of codes. The first two are the paper's pipeline: a network, the encoder, parameters
-learned from labels; the next two learn by variance from the same codes; the others are nacre's."""
+"""Samplers predicted from codes. The first two are the paper's pipeline: a network, the encoder,
+parameters learned from labels; the next two minimize variance for the same codes; the others are
+nacre's."""
 
 DEFAULT = (
     *("uniform", "blinn-phong-fitted", *PREDICTED),
     *("blinn-phong", "power-iterations", "rgl", "nacre"),
 )
-"""What is compared where no names are given."""
+"""The samplers compared by default."""
 SAMPLERS = tuple(dict.fromkeys((*DEFAULT, *FITTED)))
 """All names."""
 
@@ -61,15 +61,15 @@ SAMPLERS = tuple(dict.fromkeys((*DEFAULT, *FITTED)))
 def find_sampler(
     name: str, basis_of: Callable[[Brdf, str], PredictingBasis] | None = None
 ) -> Callable[[Brdf], Sampler]:
-    """What gives a reflectance its sampler.
+    """A function that gives a reflectance its sampler.
 
     Parameters
     ----------
     name
         One of :data:`FITTED` or :data:`PREDICTED`.
     basis_of
-        Gives a reflectance the basis of a kind that predicts for it; needed for the latter.
-        Reflectances have to be isotropic then.
+        Gives the basis of a kind that predicts for a reflectance; needed for the latter, which must
+        then be isotropic.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def find_sampler(
         predict = basis.predictors.get(predictor)
         if predict is None:
             raise NacreError(f"{name}: the basis has no predictor {predictor!r}")
-        # Where there is an encoder its code is taken as it is, as in section 3.3.
+        # An encoder's code is used unrefined, as in section 3.3.
         return predict(basis.encode(brdf, refine=not basis.projects))
 
     return predicted

@@ -29,14 +29,14 @@ _DARKEST = -4.0
 
 
 def sphere_pages(study: Study, methods: Sequence[str], *lights: str) -> list[Any]:
-    """Spheres of every material (rows) by every method (columns), the truth first, by light.
+    """Spheres of every material (rows) with every method (columns), the truth first, by light.
 
-    Below each sphere are a small map of 1 - SSIM, and the mean of SSIM, the best of a row in bold.
+    Below each sphere are a small map of 1 - SSIM and the mean SSIM, the best in a row in bold.
 
     Parameters
     ----------
     study
-        With trials of :data:`nacre_lab.reproduce.trial.TRUTH` and of the methods.
+        With trials of :data:`nacre_lab.reproduce.trial.TRUTH` and the methods.
     methods
         Columns; those without any trial are left out.
     lights
@@ -45,7 +45,7 @@ def sphere_pages(study: Study, methods: Sequence[str], *lights: str) -> list[Any
     Returns
     -------
     list of matplotlib.figure.Figure
-        A page for each :data:`ROWS` materials.
+        One page per :data:`ROWS` materials.
     """
     columns = [TRUTH, *study.tried(methods)]
     materials = [m for m in study.materials if (m, TRUTH) in study.trials]
@@ -107,12 +107,12 @@ def _row(
 
 
 def mean_maps(study: Study, methods: Sequence[str], light: str, columns: int = 6) -> Figure:
-    """Maps of 1 - SSIM, averaged over materials, one a method, with mean ± standard deviation.
+    """Maps of 1 - SSIM averaged over materials, one per method, with mean ± standard deviation.
 
     Parameters
     ----------
     study, methods, light
-        As for :func:`sphere_pages`; methods come by their mean.
+        As for :func:`sphere_pages`; methods are sorted by their mean.
     columns
         Maps in a row.
     """

@@ -1,4 +1,4 @@
-"""Many materials by many methods: trials that are missing are made, the others found."""
+"""Trials of many materials with many methods; those in the cache are not repeated."""
 
 from __future__ import annotations
 
@@ -32,28 +32,28 @@ from nacre_lab.reproduce.trial import (
 )
 
 _ENDINGS = {"NeuralBrdf": ".safetensors", "AnalyticBrdf": ".json", "RglBrdf": ".bsdf"}
-"""Of files that hold a class of reflectance exactly."""
+"""Endings of files that hold a class of reflectance exactly."""
 _PARTS = [f"{light} {part}" for light in LIGHTS for part in Picture.__annotations__]
 
 
 @dataclass(frozen=True)
 class Study:
-    """Trials of materials by methods.
+    """Trials of materials with methods.
 
     Parameters
     ----------
     trials
         By material and method.
     skipped
-        Why there is no trial, by material and method.
+        Why a trial was skipped, by material and method.
     materials
-        Files by the names of the materials, in the order given.
+        Files by names of materials, in the given order.
     methods
-        By name, in the order asked for.
+        Methods by name, in the requested order.
     settings
-        That all trials share.
+        Settings shared by all trials.
     keys
-        Under which trials are in the cache, by material and method.
+        Keys of the trials in the cache, by material and method.
     """
 
     trials: Mapping[tuple[str, str], Trial]
@@ -69,36 +69,36 @@ class Study:
         return [self.trials[m, method] for m in self.materials if (m, method) in self.trials]
 
     def tried(self, methods: Iterable[str]) -> list[str]:
-        """Those of some methods that there are trials of."""
+        """Those of some methods that have trials."""
         return [method for method in methods if self.of(method)]
 
     def left_out(self) -> list[tuple[str, str, list[str]]]:
-        """Method, reason and materials of what was skipped, one entry a method and reason."""
+        """Method, reason and materials of skipped trials, one entry per method and reason."""
         found: dict[tuple[str, str], list[str]] = {}
         for (material, method), reason in sorted(self.skipped.items()):
             found.setdefault((method, reason), []).append(material)
         return [(*pair, materials) for pair, materials in found.items()]
 
     def mean_size(self, method: str) -> float:
-        """Bytes that a method takes, mean of its trials, of which there is one at least."""
+        """Mean bytes of a method over its trials, of which there is at least one."""
         return fmean(trial.size for trial in self.of(method))
 
     def pictures(self, material: str, method: str) -> dict[str, Picture]:
-        """Pictures of a trial by the name of their light.
+        """Pictures of a trial by name of the light.
 
         Raises
         ------
         NacreError
-            If they are gone from the cache since the run.
+            If they have vanished from the cache since the run.
         """
         arrays = self._cache.find(self.keys[material, method], _PARTS)
         if arrays is None:
-            raise NacreError(f"{self._cache.folder}: files are gone while they are read; run again")
+            raise NacreError(f"{self._cache.folder}: files vanished while being read; run again")
         parts = Picture.__annotations__
         return {light: Picture(*(arrays[f"{light} {part}"] for part in parts)) for light in LIGHTS}
 
     def fitted(self, material: str, method: str) -> Brdf:
-        """The representation of a trial; it is fitted again where it was not kept."""
+        """The representation of a trial, fitted again if it is not in the cache."""
         if method != TRUTH:
             for ending in _ENDINGS.values():
                 path = self._cache.path(self.keys[material, method], ending)
@@ -120,22 +120,22 @@ def run(
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> Study:
-    """Make every trial that is not in the cache.
+    """Run every trial that is not in the cache.
 
     Parameters
     ----------
     files
-        Materials that :func:`nacre.load` reads; each is in memory only while it is tried.
+        Materials for :func:`nacre.load`; each is in memory only during its trials.
     methods
         By name; :data:`nacre_lab.reproduce.trial.TRUTH` must be one of them.
     jobs
-        Materials at a time; one a core where None.
+        Number of materials at the same time; one per core if None.
 
     Raises
     ------
     NacreError
-        If a material cannot be read, or two have one name, or nothing could be tried. A method
-        that has nothing for a material is skipped.
+        If a material cannot be read, two have the same name, or nothing could be tried. A method
+        that cannot represent a material is skipped.
     """
     materials = {path.stem: path for path in files}
     if len(materials) < len(files):
@@ -179,14 +179,14 @@ def run(
             for future in as_completed(futures):
                 future.result()
         except BaseException:
-            stopped.set()  # trials under way finish and are kept
+            stopped.set()  # trials under way finish and are cached
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     return Study(trials, skipped, materials, methods, settings, keys, cache)
 
 
 def _key(material: str, sha256: str, name: str, method: Method, settings: Settings) -> str:
-    """Under what a trial is kept; the material's name counts: published networks go by it."""
+    """Key of a trial; the material's name counts, since published networks are found by it."""
     facts = {
         "material": [material, sha256],
         "method": name,
@@ -198,7 +198,7 @@ def _key(material: str, sha256: str, name: str, method: Method, settings: Settin
 
 
 def _find(cache: Cache, key: str) -> Trial | None:
-    """A finished trial; None where there is none, or where its file is damaged."""
+    """A finished trial; None if there is none, or its file is damaged."""
     arrays = cache.find(key, ["trial", *_PARTS])
     if arrays is None:
         return None
@@ -212,7 +212,7 @@ def _find(cache: Cache, key: str) -> Trial | None:
 def _keep(
     cache: Cache, key: str, trial: Trial, pictures: Mapping[str, Picture], fitted: Brdf
 ) -> None:
-    """Keep a trial, last what says that it is finished; the material itself need not be kept."""
+    """Store a trial, last the mark that it is finished; the material itself is not stored."""
     classes = [c.__name__ for c in type(fitted).__mro__]
     ending = next((ending for name, ending in _ENDINGS.items() if name in classes), "")
     if ending and trial.method != TRUTH:

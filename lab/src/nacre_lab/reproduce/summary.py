@@ -1,4 +1,4 @@
-"""Trials as tables: CSV with all of them, Markdown with their mean, spread and worst."""
+"""Trials as tables: CSV with all of them, Markdown with mean, spread and worst."""
 
 from __future__ import annotations
 
@@ -13,15 +13,14 @@ from nacre_lab.reproduce.tables import markdown_table
 from nacre_lab.reproduce.trial import HIGHER_IS_BETTER, Trial
 
 _DECIMALS = {"SSIM": 4, "PSNR": 1}
-"""Of figures in tables; other errors have four."""
-_HIGHER_IS_BETTER = (*HIGHER_IS_BETTER, "rays a second")
+"""Decimals of figures in tables; other errors have four."""
+_HIGHER_IS_BETTER = (*HIGHER_IS_BETTER, "rays per second")
 
 
 @dataclass(frozen=True)
 class Summary:
-    """One figure of one method over materials, and the material where it is worst.
-
-    The standard deviation is that of the population.
+    """One figure of a method over materials, with the population's standard deviation and the worst
+    material.
     """
 
     mean: float
@@ -41,9 +40,9 @@ def summarize(trials: Sequence[Trial], figure: str) -> Summary:
 
 
 def markdown(study: Study, methods: Iterable[str], figures: Sequence[str], title: str = "") -> str:
-    """A table with a line a method, by size: mean ± standard deviation, worst (material).
+    """A table with one line per method, by size: mean ± standard deviation, worst (material).
 
-    What the figures' names share with the title is left out of the columns' heads.
+    Words that the figures' names share with the title are left out of the column heads.
     """
     heads = (figure.removeprefix(f"{title} ") for figure in figures)
     columns = ("method", "bytes", "materials", *heads)
@@ -56,7 +55,7 @@ def markdown(study: Study, methods: Iterable[str], figures: Sequence[str], title
 
 
 def readable(value: float, figure: str) -> str:
-    """A figure as text, with the decimals that tables give it."""
+    """A figure as text, with the decimals for tables."""
     if not math.isfinite(value):
         return "∞" if value > 0 else "–"
     return f"{value:.{_DECIMALS.get(figure.rpartition(' ')[2], 4)}f}"

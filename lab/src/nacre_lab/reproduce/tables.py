@@ -1,4 +1,4 @@
-"""Tables as Markdown and as comma-separated values, and mean squared errors as they have them."""
+"""Tables as Markdown and comma-separated values, and mean squared errors for them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nacre.io.text_file import write_rows
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table in Markdown, all but its first column to the right; ends in a line break."""
+    """A table in Markdown, all but its first column aligned right; ends in a line break."""
     lines = [head, ["---", *["---:"] * (len(head) - 1)], *rows]
     return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
 
@@ -31,7 +31,7 @@ def write_csv(head: Sequence[str], rows: Iterable[Sequence[object]], path: Path)
 
 
 def write_text(text: str, path: Path) -> None:
-    """Write text, whole or not at all.
+    """Write text completely or not at all.
 
     Raises
     ------
@@ -43,13 +43,13 @@ def write_text(text: str, path: Path) -> None:
 
 
 def scaled(mse: float | None) -> str:
-    """A mean squared error as tables show it: times ten thousand; a dash where there is none."""
+    """A mean squared error in tables: times ten thousand; a dash if there is none."""
     if mse is None or not math.isfinite(mse):
         return "–"
     return f"{1e4 * mse:.0f}" if mse >= 0.01 else f"{1e4 * mse:.3g}"
 
 
 def geometric_mean(values: Sequence[float]) -> float:
-    """Of numbers, none below zero; NaN of none."""
+    """Geometric mean of numbers from zero; NaN if there are none."""
     with np.errstate(divide="ignore"):
         return float(np.exp(np.mean(np.log(values)))) if len(values) else math.nan

@@ -18,11 +18,11 @@ from nacre.textures.uniform import TexelBrdf, tile
 STEPS = 20
 """Steps of the training for each epoch of the other networks."""
 TRAINING: Mapping[str, Any] = {"loss_directions": 2048, "held_out": 0.0}
-"""Settings of the training besides those of the network; there is one texel, and all see it."""
+"""Settings of the training besides those of the network; there is only one texel."""
 
 
 class TextureNetworkBrdf(TexelBrdf):
-    """A reflectance in a network of its own: a code, and the decoder that serves it alone."""
+    """A reflectance as a code and a decoder of its own."""
 
     @property
     def nbytes(self) -> int:
@@ -35,9 +35,9 @@ class TextureNetworkBrdf(TexelBrdf):
 def fit_texture_network(brdf: Brdf, *, epochs: int, seed: int) -> TextureNetworkBrdf:
     """Train encoder and decoder of Rainer et al. 2019 on one reflectance alone.
 
-    It is taken for a texture that is the same everywhere, measured like those of their paper: at
-    each pair of the 151 directions of the dome of Bonn, up to 75 degrees. What lies between these
-    and beyond, the decoder makes up. The loss is theirs, squared errors of whitened logarithms.
+    It is treated as a uniform texture, measured like those in their paper: at each pair of the 151
+    directions of the Bonn dome, up to 75 degrees. The decoder inter- and extrapolates. The loss is
+    theirs, squared errors of whitened logarithms.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def fit_texture_network(brdf: Brdf, *, epochs: int, seed: int) -> TextureNetwork
     epochs
         Length of the training: :data:`STEPS` steps each.
     seed
-        Of the first weights, and of the pairs that a step compares.
+        Seed of the first weights, and of the pairs compared in a step.
 
     Raises
     ------

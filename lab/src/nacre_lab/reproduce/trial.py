@@ -1,4 +1,4 @@
-"""One material by one method: its representation, and how far that is from the material."""
+"""A trial of a method on a material: its representation, and the errors."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from nacre.render.lights import DIRECTIONS, Light
 from nacre.render.sphere import SIZE, Image, Mask, render_sphere, standard_lights
 
 Figures = Mapping[str, float]
-"""Values by name, such as "environment SSIM"; :data:`FIGURES` has the names."""
+"""Values by the names in :data:`FIGURES`, such as "environment SSIM"."""
 
 LIGHTS = ("environment", "directional")
 MEASURES = ("SSIM", "PSNR", "MAE", "RMSE", "FLIP")
@@ -42,13 +42,13 @@ class Method:
     Parameters
     ----------
     about
-        What it is, for people, in a few words.
+        A few words about it.
     fit
-        From a material to its representation. Raises :class:`nacre.NacreError` where there is none.
+        Makes the representation of a material; raises :class:`nacre.NacreError` if it cannot.
     family
-        "network", "analytic" or "table"; figures group by it.
+        "network", "analytic" or "table", for grouping in figures.
     settings
-        JSON-able settings: results are kept apart by them.
+        JSON-able settings, which distinguish results.
     """
 
     about: str
@@ -59,7 +59,7 @@ class Method:
 
 @dataclass(frozen=True)
 class Settings:
-    """What all trials of an experiment share.
+    """Settings shared by all trials of an experiment.
 
     Parameters
     ----------
@@ -68,11 +68,11 @@ class Settings:
     directions
         Light directions at a pixel under the environment.
     epochs, samples
-        Of networks; see :class:`nacre.neural.Recipe`.
+        For networks; see :class:`nacre.neural.Recipe`.
     seed
-        Of fits and of pairs of directions.
+        Seed of fits and of pairs of directions.
     environment
-        The map; the package's own where None.
+        The map; the included one if None.
     """
 
     size: int = SIZE
@@ -89,13 +89,13 @@ class Settings:
 
     @cached_property
     def facts(self) -> dict[str, int | str | None]:
-        """What decides the pictures, JSON-able: the map by its hash."""
+        """What determines the pictures, JSON-able, with the hash of the map."""
         pixels = b"" if self.environment is None else self.environment.pixels.tobytes()
         facts = asdict(self) | {"environment": hashlib.sha256(pixels).hexdigest()}
         return {k: v for k, v in facts.items() if k not in ("epochs", "samples")}
 
     def summary(self) -> str:
-        """The settings in one line, for people."""
+        """The settings in one line."""
         samples = (
             "as many samples as usual" if self.samples is None else f"{self.samples:,} samples"
         )
@@ -103,7 +103,7 @@ class Settings:
         return f"{self.pictures()}; {networks}; seed {self.seed}"
 
     def pictures(self) -> str:
-        """What of the settings is about pictures, for people."""
+        """The settings of pictures, as text."""
         lit = "the built-in studio" if self.environment is None else self.environment.name
         return (
             f"spheres {self.size} pixels wide, {self.directions} directions of light, environment "
@@ -120,7 +120,7 @@ class Picture:
     shown
         Tone-mapped bytes, shape (size, size, 3).
     similarity
-        SSIM to the material itself, shape (size, size), float16.
+        SSIM against the material itself, shape (size, size), float16.
     mask
         Pixels that the sphere covers, shape (size, size).
     """
@@ -132,7 +132,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Trial:
-    """What a trial found.
+    """The result of a trial.
 
     Names, bytes of the representation, seconds of the fit, and errors by :data:`FIGURES`.
     """
@@ -146,7 +146,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Reference:
-    """A material, its name for people, and its spheres, which are rendered once."""
+    """A material, its displayed name, and its spheres, rendered once."""
 
     name: str
     brdf: Brdf
@@ -162,12 +162,12 @@ class Reference:
 def attempt(
     reference: Reference, name: str, method: Method
 ) -> tuple[Trial, dict[str, Picture], Brdf]:
-    """Fit one material by one method, and compare: figures, spheres by light, representation.
+    """Fit a method to a material, and compare: figures, spheres by light, representation.
 
     Raises
     ------
     NacreError
-        If the method has nothing for this material.
+        If the method cannot represent this material.
     """
     truth, settings = reference.brdf, reference.settings
     start = time.perf_counter()

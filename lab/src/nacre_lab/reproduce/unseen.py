@@ -21,11 +21,11 @@ from nacre_lab.reproduce.codes import HELD_OUT, MIN_MATERIALS, CodeSettings, bas
 
 _FOLDS = round(1.0 / HELD_OUT)
 _SAME = "-rgb", "-spec"
-"""Ends of names of files that hold one material in several ways."""
+"""Endings of names of files that hold the same material."""
 
 
 class TooFewError(NacreError):
-    """There are too few materials to train a basis for each that has not seen it."""
+    """Too few materials to train, for each, a basis that has not seen it."""
 
 
 @dataclass(frozen=True)
@@ -37,57 +37,57 @@ class UnseenBases:
     by_hash
         By the SHA-256 of the materials' files.
     about
-        What the bases were trained on, for people.
+        What the bases were trained on, as text.
     """
 
     by_hash: Mapping[str, PredictingBasis]
     about: str
 
     def of(self, brdf: Brdf) -> PredictingBasis:
-        """The basis for a material that was read from its file."""
+        """The basis for a material read from a file."""
         return self.by_hash[(brdf.source or {})["sha256"]]
 
     def fingerprint(self) -> str:
-        """What tells these bases from others, their predictors included."""
+        """Fingerprint of these bases, including their predictors."""
         found = {basis.fingerprint(predictors=True) for basis in self.by_hash.values()}
         return " ".join(sorted(found))
 
 
 def separate(files: Sequence[Path], unseen: Sequence[str]) -> tuple[list[Path], list[Path]]:
-    """Materials to show, and others to train on: all, and none, where no names are given.
+    """Materials to show, and others to train on; without names, all and none.
 
     Raises
     ------
     NacreError
-        If a name is none of the materials, all others are none, or two files hold one material.
+        If a name is unknown, no material is left to train on, or two files hold the same material.
     """
     for what in (lambda path: _plain(path.stem), digest):
         known: dict[str, Path] = {}
         for path in files:
             first = known.setdefault(what(path), path)
             if first is not path:
-                raise NacreError(f"{first} and {path} hold one material; give one of them")
+                raise NacreError(f"{first} and {path} hold the same material; give only one")
     names = {path.stem for path in files}
     if unknown := [name for name in unseen if name not in names]:
-        raise NacreError(f"{unknown[0]}: is none of the materials ({', '.join(sorted(names))})")
+        raise NacreError(f"{unknown[0]}: is not one of the materials ({', '.join(sorted(names))})")
     if not unseen:
         return list(files), []
     others = [path for path in files if path.stem not in unseen]
     count, least = len(others), MIN_MATERIALS - 1
     if count < least:
-        raise NacreError(f"--unseen leaves {count} materials to train on, of {least} at least")
+        raise NacreError(f"--unseen leaves {count} materials to train on, expected {least} or more")
     return [path for path in files if path.stem in unseen], others
 
 
 def seen_by(basis: LatentBasis, files: Sequence[Path]) -> list[str]:
     """Names of the materials in files that a basis was trained on.
 
-    Materials go by their names: "blue_felt", "Blue-Felt_rgb" and "blue-felt" are one.
+    Materials are identified by name: "blue_felt", "Blue-Felt_rgb" and "blue-felt" are the same.
 
     Raises
     ------
     NacreError
-        If the basis does not say what it was trained on.
+        If the basis does not tell what it was trained on.
     """
     known = basis.metadata.get("materials")
     if not isinstance(known, list):
@@ -105,36 +105,36 @@ def unseen_bases(
     cache: Cache,
     progress: Progress,
 ) -> UnseenBases:
-    """A basis of a kind for each material, that has not seen it.
+    """For each material, a basis of a kind that has not seen it.
 
-    That is the given basis if it is of the kind; else one that is trained on the other materials;
-    else, where there are no others, the included one if it has seen none of the materials; else one
-    of five that each are trained on four fifths of the materials, on all but the material's fifth.
+    It is the given basis if it is of that kind; else one trained on the other materials; else, if
+    there are no others, the included one if it has seen none of the materials; else one of five,
+    each trained on all but one fifth of the materials.
 
     Parameters
     ----------
     kind
-        Of a :class:`nacre.latent.predicting.PredictingBasis`.
+        Kind of a :class:`nacre.latent.predicting.PredictingBasis`.
     shown
-        Isotropic materials to predict lobes of.
+        Isotropic materials to predict lobes for.
     others
-        What bases are trained on; may be empty.
+        Materials to train bases on; may be empty.
     given
-        A user's basis, of any kind.
+        The user's basis, of any kind.
     settings
-        Of trainings.
+        Settings of trainings.
     cache
-        Where trained bases are kept.
+        Cache of trained bases.
     progress
         Called as it goes on.
 
     Raises
     ------
     TooFewError
-        If there is no basis and the materials are too few to train some.
+        If there is no basis, and too few materials to train any.
     NacreError
-        If the given basis has seen a material, the included one has and the materials are too few,
-        or a training fails.
+        If the given basis has seen a material, the included one has and there are too few
+        materials, or a training fails.
     """
     hashes = [digest(path) for path in shown]
 
@@ -146,8 +146,8 @@ def unseen_bases(
 
     if given is not None and given.kind == kind:
         if seen := seen_by(given, shown):
-            raise NacreError(f"the basis given was trained on {', '.join(seen)}; give another")
-        return same(given, "the basis given")
+            raise NacreError(f"the given basis was trained on {', '.join(seen)}; give another")
+        return same(given, "the given basis")
     if others:
         return same(train(others, progress), f"trained on the {len(others)} other materials")
     included = find_basis(kind) if kind in PRETRAINED else None
@@ -172,7 +172,7 @@ def unseen_bases(
 
 
 def _plain(name: str) -> str:
-    """The name of a material, without what names of its files differ in."""
+    """The name of a material, without the differences between names of its files."""
     plain = name.casefold().replace("_", "-")
     for end in _SAME:
         plain = plain.removesuffix(end)

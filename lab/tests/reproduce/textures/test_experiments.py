@@ -256,7 +256,7 @@ def test_the_map_is_the_same_again(study, tmp_path):
     assert np.isfinite(places).all()
     alike = [float(part) for part in text.split("| pca-4 | 216 | ")[1].split(" %")[:1]]
     assert alike[0] > 100.0 * 35 / 215  # better than by chance
-    with pytest.raises(NacreError, match="each material has codes of its own"):
+    with pytest.raises(NacreError, match="each material has its own codes"):
         EXPERIMENTS["btf-tsne"].outcome("btf-tsne", study, [find("pca-own-4")])
 
 
@@ -278,10 +278,10 @@ def test_the_command_writes_and_goes_on(folder, tmp_path, monkeypatch, capsys):
     ("arguments", "message"),
     [
         (("btf-fig4", "absent"), "absent: cannot be read"),
-        (("btf-fig4", "{}", "--methods", "other-8"), "other-8: is no method"),
+        (("btf-fig4", "{}", "--methods", "other-8"), "other-8: is not a method"),
         (("btf-fig4", "{}", "--methods", "pca-8:2x30"), "only networks have decoders"),
         (("btf-fig4", "{}", "--steps", "3", "--epochs", "1"), "steps and epochs: give one"),
-        (("btf-fig4", "{}", "--unseen", "oak"), "oak: is none of the textures"),
+        (("btf-fig4", "{}", "--unseen", "oak"), "oak: is not one of the textures"),
         (("btf-fig4", "{}", "--other", "{}"), "--other is not for btf-fig4"),
         (("btf-fig6", "{}", "--again", "{}"), "--again is not for btf-fig6"),
         (("btf-fig4", "{}", "--published", "x"), "--published is not for btf-fig4"),

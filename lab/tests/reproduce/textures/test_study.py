@@ -147,9 +147,9 @@ def test_materials_are_collected_and_separated(folder, tmp_path):
     assert len(training) == 4
     assert [m.name for m in separate(found, ["felt01"])[1]] == ["felt01"]
     assert collect([folder / "bonn" / "felt01.npz"]) == [found[0]]
-    with pytest.raises(NacreError, match="oak: is none of the textures"):
+    with pytest.raises(NacreError, match="oak: is not one of the textures"):
         separate(found, ["oak"])
-    with pytest.raises(NacreError, match="name those to keep by --unseen"):
+    with pytest.raises(NacreError, match="name those to keep with --unseen"):
         separate(training)
     with pytest.raises(NacreError, match="all textures are unseen"):
         separate(unseen)
@@ -177,7 +177,7 @@ def test_methods_are_found_by_name(folder):
     )
     assert find("pca-own-8").own
     for name in ("custom", "custom-0", "other-8", "unified-2000", "unified-8x"):
-        with pytest.raises(NacreError, match="is no method"):
+        with pytest.raises(NacreError, match="is not a method"):
             find(name)
 
 

@@ -1,5 +1,3 @@
-"""`nacre btf average`."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -9,7 +7,7 @@ from nacre.cli import options
 from nacre.cli.btf.written import OUTPUT_HELP, check_codec, write
 from nacre.cli.command import command as make
 from nacre.cli.kinds import check_pixels, expect
-from nacre.cli.progress import progress
+from nacre.cli.report import progress
 
 if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
@@ -23,10 +21,10 @@ if TYPE_CHECKING:
     options.pixels_option(),
 )
 def command(source: Path, output: Path, codec: Path | None, pixels: Quantity | None) -> None:
-    """Make one reflectance of a texture: the mean of its texels, as it looks from afar.
+    """Average the texels of a texture into one reflectance, as it looks from far away.
 
-    Written as codes, it is a reflectance to all commands: nacre fit makes a network of it, nacre
-    compare and nacre plot show it.
+    All commands treat the resulting codes as a reflectance: nacre fit turns them into a network,
+    nacre compare and nacre plot show them.
     """
     from nacre.formats import load_btf
     from nacre.textures.uniform import average

@@ -1,5 +1,3 @@
-"""`nacre btf blend`."""
-
 from __future__ import annotations
 
 from dataclasses import replace
@@ -10,8 +8,7 @@ from nacre.cli.btf.written import source_of, written_reference
 from nacre.cli.command import command as make
 from nacre.cli.kinds import expect
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import report_file
+from nacre.cli.report import progress, report_file
 
 
 @make(
@@ -20,11 +17,11 @@ from nacre.cli.report import report_file
     options.argument("second"),
     options.output_option("Encoded texture to write (.safetensors)."),
     option("--mask", default="right", metavar="right|down|noise|IMAGE"),
-    "Place of SECOND: white in a gray image (.png, .jpg), which is stretched.",
-    options.texels_option(shown="those of the larger one"),
+    "Place of SECOND: a named one, or white in a gray image (.png, .jpg), which is stretched.",
+    options.texels_option(shown="the larger input's"),
     "Width and height of the output in texels.",
     option("--keep-contrast/--no-keep-contrast", default=True),
-    "Restore in the middle the contrast that means of unlike textures lose.",
+    "Restore the contrast that is lost in the middle between different textures.",
     options.seed_option(),
 )
 def command(
@@ -36,10 +33,10 @@ def command(
     keep_contrast: bool,
     seed: int,
 ) -> None:
-    """Mix two encoded textures by a mask, as means of their codes.
+    """Blend two encoded textures with a mask, by averaging their codes.
 
-    Both must have been encoded by the same codec. One that is smaller than the output repeats: if
-    it does not tile, make it larger by nacre btf synthesize first.
+    Both must come from the same codec. A texture smaller than the output repeats; if it does not
+    tile, enlarge it with nacre btf synthesize first.
     """
     from nacre.textures.latent_file import check_latent_path, load_latent_map, save_latent_map
     from nacre.textures.synthesis import blend

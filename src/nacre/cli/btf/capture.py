@@ -1,5 +1,3 @@
-"""`nacre btf capture`."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -12,8 +10,7 @@ from nacre.cli import options
 from nacre.cli.btf.written import report_texture
 from nacre.cli.command import command as make
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import aside, report
+from nacre.cli.report import aside, progress, report
 from nacre.errors import FormatError
 
 if TYPE_CHECKING:
@@ -27,14 +24,14 @@ if TYPE_CHECKING:
     options.argument("recipe", None, required=False),
     option("--all everything", is_flag=True, help="Capture all built-in recipes."),
     options.output_option("Texture to write; a folder with --all."),
-    options.texels_option(default="32", help="Texels along each edge, like 32 or 32x32."),
+    options.texels_option(default="32", help="Texels along each edge, such as 32 or 32x32."),
     option("--paths", IntRange(1, 1 << 16), default=64, help="Light paths per texel."),
     options.directions_option(default="bonn"),
     options.seed_option(),
     option("--picture", options.OUTPUT, help="Also write a sheet of pictures (.png, .jpg, .exr)."),
     option("--height-map", options.OUTPUT),
-    "Let texels be points of the surface, as in Bonn's database, not of a plane, and write its "
-    "heights (.exr, in widths of the texture) for nacre render --height-field.",
+    "Let texels follow the surface instead of a plane, as in Bonn's database, and write its "
+    "heights (.exr, in widths of the texture).",
 )
 def command(
     recipe: str | None,
@@ -49,13 +46,12 @@ def command(
 ) -> None:
     """Measure a made-up surface with a virtual gonioreflectometer.
 
-    RECIPE is a built-in one (fabric, leather, wood, stone, felt, carpet or wallpaper, each with 01
-    to 12) or a .json file with family, seed and parameters. With --all, every built-in one is
-    captured: eleven of a family into OUTPUT/train, the twelfth into OUTPUT/unseen; a run that was
-    stopped continues.
+    RECIPE is a built-in one (fabric, leather, wood, stone, felt, carpet or wallpaper, each with a
+    number from 01 to 12) or a .json file with family, seed and parameters. With --all, eleven of
+    each family go into OUTPUT/train and the twelfth into OUTPUT/unseen; a repeated run resumes.
 
-    A list of directions has the columns theta,phi in degrees (every pair of them is taken), or
-    theta_l,phi_l,theta_v,phi_v or the unit vectors lx,ly,lz,vx,vy,vz (light and view of a pair).
+    A list of directions has the columns theta,phi in degrees, of which every pair is measured, or
+    theta_l,phi_l,theta_v,phi_v or unit vectors lx,ly,lz,vx,vy,vz for the light and view of a pair.
     """
     from nacre.formats import is_btf
     from nacre.measured.textures.direction_list import named_directions
@@ -67,9 +63,9 @@ def command(
     if everything and picture:
         raise click.UsageError("--picture shows a single RECIPE")
     if everything and height_map:
-        raise click.UsageError("--height-map is of a single RECIPE")
+        raise click.UsageError("--height-map is for a single RECIPE")
     if texels[0] != texels[1] or texels[0] > 4096:
-        raise click.BadParameter("--texels: a capture is square, of up to 4096 texels an edge")
+        raise click.BadParameter("--texels: a capture is square, with up to 4096 texels per edge")
     if is_btf(directions):
         raise FormatError(
             f"{directions}: is a texture, expected bonn, utia or a list of directions (.csv)"
@@ -95,7 +91,6 @@ def command(
 def _one(
     recipe: str, output: Path, settings: Settings, picture: Path | None, height_map: Path | None
 ) -> None:
-    """Capture one recipe into a file."""
     from nacre.figures.texture_views import capture_sheet
     from nacre.formats import save, target
     from nacre.render.preview import check_image_path, write_image

@@ -1,5 +1,3 @@
-"""`nacre btf decode`."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -9,7 +7,7 @@ from nacre.cli import options
 from nacre.cli.btf.written import report_texture
 from nacre.cli.command import command as make
 from nacre.cli.kinds import expect
-from nacre.cli.progress import progress
+from nacre.cli.report import progress
 
 if TYPE_CHECKING:
     from nacre.array import Floats
@@ -18,13 +16,12 @@ if TYPE_CHECKING:
 @make(
     "decode",
     options.argument("source", metavar="CODES"),
-    options.output_option("Texture to write, in the format that its name ends in."),
-    options.directions_option(shown="those of the texture that was encoded"),
-    "Pairs of directions: every light with every view of a dome, those of another texture, or a "
-    "list (.csv).",
+    options.output_option("Texture to write; its ending chooses the format."),
+    options.directions_option(shown="those of the original texture"),
+    "Directions: all pairs of a dome, those of another texture, or a list (.csv).",
 )
 def command(source: Path, output: Path, directions: str | None) -> None:
-    """Write the texture that the codes of nacre fit stand for, at its directions or at others."""
+    """Decode an encoded texture at its own directions or at others."""
     from nacre.formats import save, target
     from nacre.textures.latent_file import load_latent_map
     from nacre.textures.latent_map import NeuralBtf

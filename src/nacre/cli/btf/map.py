@@ -1,5 +1,3 @@
-"""`nacre btf map`."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -11,8 +9,7 @@ from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.kinds import expect
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import counted, report
+from nacre.cli.report import counted, progress, report
 
 
 @make(
@@ -22,9 +19,9 @@ from nacre.cli.report import counted, report
     option("--table", options.OUTPUT, help="Also write a table of texels and places (.csv)."),
     option("--save", options.OUTPUT, help="Also write the map (.safetensors), for --into."),
     option("--into", options.INPUT),
-    "Saved map to put CODES on; what it has stays in its place.",
+    "Saved map to add CODES to; what it shows keeps its place.",
     option("--count", IntRange(1, 1 << 16), default=40),
-    "Number of random texels of each texture.",
+    "Number of random texels per texture.",
     option("--colors", is_flag=True, help="Show texels in their own colors."),
     options.seed_option(),
 )
@@ -38,10 +35,10 @@ def command(
     colors: bool,
     seed: int,
 ) -> None:
-    """Lay out texels of encoded textures by t-SNE, similar ones together.
+    """Draw a map (t-SNE) of texels of encoded textures, similar ones close together.
 
-    All must be encoded by one codec. Textures are called by their files; those whose names differ
-    in a number at the end belong together. With --into, the new ones are ringed.
+    All must come from the same codec. Textures are named after their files and grouped if their
+    names differ only in a number at the end. With --into, the new ones are ringed.
     """
     from nacre.figures.plot import check_plot_path, write_plot
     from nacre.figures.texel_map import texel_map_figure, write_table

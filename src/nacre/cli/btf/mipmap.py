@@ -1,5 +1,3 @@
-"""`nacre btf mipmap`."""
-
 from __future__ import annotations
 
 import time
@@ -12,26 +10,28 @@ from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.kinds import expect
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import keyed, print_table, report
+from nacre.cli.report import keyed, print_table, progress, report
 
 if TYPE_CHECKING:
     from nacre.array import Floats
     from nacre.textures.codecs.codec import Filter
 
 _PAIRS = 64
-"""Pairs of directions that errors are of."""
+"""Pairs of directions at which errors are computed."""
 _EDGE = 128
-"""Pixels of the longer edge of each level's picture, at least."""
+"""Least number of pixels along the longer edge of each level's picture."""
 
 
 @make(
     "mipmap",
     options.argument("source", metavar="CODES"),
     options.output_option("Picture to write (.png, .jpg, .exr).", required=False),
-    option("--filter by", ["reflectance", "codes"], shown="what suits the codec"),
-    "Average what codes decode to, and encode that again; or average the codes. The latter "
-    "is the default for the papers' networks, the former for other codecs.",
+    option(
+        "--filter by",
+        ["reflectance", "codes"],
+        shown="as suits the codec",
+    ),
+    "Quantity to average: reflectance, which is then encoded again, or codes.",
     option("--wi", options.DIRECTION, default="30,0", help="Direction to the light, in degrees."),
     option("--wo", options.DIRECTION, default="0,0", help="Direction to the viewer, in degrees."),
 )
@@ -42,11 +42,11 @@ def command(
     wi: tuple[float, float],
     wo: tuple[float, float],
 ) -> None:
-    """Filter an encoded texture for views from afar, and report the error.
+    """Filter an encoded texture for distant views, and report the error.
 
-    Errors are of reflectance factors, against means of what the texture decodes to, at directions
-    drawn at random from those of the texture. The picture has the levels from left to right, all of
-    one size: above means of decoded values, below what filtered codes decode to.
+    The error compares decoded filtered codes with averages of the decoded texture, as reflectance
+    factors at random directions of the texture. The picture shows the levels from left to right at
+    the same size, averages of decoded values above and decoded filtered codes below.
     """
     from nacre.measured.textures.directions import from_degrees
     from nacre.render.preview import check_image_path, write_image
@@ -85,13 +85,13 @@ def command(
     print_table(columns, ((str(row[0]), *row[1:]) for row in rows))
     lines = [f"{source}: filtered by {by} in {seconds:.2g} seconds"]
     if output is not None:
-        lines.append(f"{output}: means of decoded values above, filtered codes below")
+        lines.append(f"{output}: averages of decoded values above, filtered codes below")
     levels = [keyed(dict(zip(columns, row, strict=True))) for row in rows]
     report(lines, {"file": str(source), "filter": by, "seconds": seconds, "levels": levels})
 
 
 def _sheet(pictures: list[tuple[Floats, Floats]]) -> Floats:
-    """Pairs of pictures, each repeated to about one size, in columns."""
+    """Pairs of pictures in columns, their pixels repeated to about one size."""
     columns = []
     height, width = (
         max(n, _EDGE * n // max(pictures[0][0].shape[:2])) for n in pictures[0][0].shape[:2]

@@ -1,5 +1,3 @@
-"""`nacre btf nearest`."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -11,8 +9,7 @@ from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.kinds import expect
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import print_table, report
+from nacre.cli.report import print_table, progress, report
 
 
 @make(
@@ -21,7 +18,7 @@ from nacre.cli.report import print_table, report
     options.argument("among", nargs=-1),
     options.output_option("Also write spheres of the texels (.png, .svg, .pdf).", required=False),
     option("--texel", options.TEXEL, required=True, metavar="X,Y"),
-    "Texel to look for: column and row, counted from 0.",
+    "Texel to compare with: column and row, counted from 0.",
     option("--count", IntRange(1, 1000), default=5, help="Number of texels to find."),
     option("--one-each", is_flag=True, help="Find only the nearest texel of each texture."),
 )
@@ -33,11 +30,11 @@ def command(
     count: int,
     one_each: bool,
 ) -> None:
-    """Find the texels that look most like one of CODES, an encoded texture.
+    """Find the texels that look most like a given texel of CODES, an encoded texture.
 
-    They are sought in the encoded textures AMONG, or in CODES itself where none is given; all must
-    be of one codec. A distance is the RMS difference of square roots of reflectance over many pairs
-    of directions.
+    The search covers the encoded textures AMONG, or CODES itself if none is given; all must come
+    from the same codec. The distance is the RMS difference of square roots of reflectance over many
+    pairs of directions.
     """
     from nacre.figures.plot import check_plot_path, write_plot
     from nacre.figures.texel_spheres import spheres_figure, texel_spheres

@@ -1,5 +1,3 @@
-"""`nacre btf picture`."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -11,8 +9,7 @@ from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.kinds import check_pixels, expect
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import print_table, report
+from nacre.cli.report import print_table, progress, report
 
 if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
@@ -39,9 +36,8 @@ def command(
 ) -> None:
     """Show a texture at the measured pair of directions nearest to the given one.
 
-    Without --wi or --wo, a sheet of several, lights across and views down, each pair once. Its
-    pictures have captions, but for .exr, which holds values only. Pictures show reflectance
-    factors: 1 is white.
+    Without --wi or --wo, draw a sheet, lights across and views down, each pair once, with captions
+    except in .exr, which holds only values. Pictures show reflectance factors: 1 is white.
     """
     from nacre.figures.texture_views import (
         in_rows,

@@ -1,5 +1,3 @@
-"""`nacre btf plan`."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -11,8 +9,7 @@ from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.kinds import expect
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import report
+from nacre.cli.report import progress, report
 
 _POLAR = options.FiniteRange(0.0, 89.0, min_open=True)
 
@@ -22,11 +19,11 @@ _POLAR = options.FiniteRange(0.0, 89.0, min_open=True)
     options.output_option("List to write (.csv); - is standard output.", text=".csv"),
     option("--count", IntRange(1, 4096), required=True, help="Number of photographs to take."),
     option("--max-light-angle", _POLAR, default=75.0),
-    "Largest polar angle of lights in degrees.",
+    "Largest polar angle of the light, in degrees.",
     option("--max-view-angle", _POLAR, default=75.0),
-    "Largest polar angle of views in degrees.",
+    "Largest polar angle of the view, in degrees.",
     option("--flash", is_flag=True),
-    "Collocated flash: the light is at the camera, as a phone's.",
+    "Flash at the camera, like a phone's.",
     options.codec_option(),
     options.seed_option(),
 )
@@ -39,11 +36,11 @@ def command(
     codec: Path | None,
     seed: int,
 ) -> None:
-    """Choose pairs of a light and a view to photograph a flat sample at, for few captures.
+    """Choose the lights and views for a few photographs of a flat sample.
 
-    They are chosen one by one so that the codec learns most from them: the first half of a plan is
-    a plan. The list names a file for each photograph; nacre fit FOLDER --directions LIST encodes a
-    folder of such files, and nacre btf capture --directions LIST takes them virtually.
+    Pairs are chosen one by one so that the codec learns most from them: the first half of a plan is
+    itself a plan. The list names a file for each photograph; nacre fit FOLDER --directions LIST
+    encodes a folder of such files, and nacre btf capture --directions LIST simulates them.
     """
     from nacre.textures.codecs.codec_file import codec_path, load_codec
     from nacre.textures.plan import CANDIDATES, candidate_pairs, informative, write_plan

@@ -1,5 +1,3 @@
-"""`nacre btf synthesize`."""
-
 from __future__ import annotations
 
 import time
@@ -15,36 +13,35 @@ from nacre.cli.btf.written import source_of, written_reference
 from nacre.cli.command import command as make
 from nacre.cli.kinds import expect
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import report_facts
+from nacre.cli.report import progress, report_facts
 
 
 @make(
     "synthesize",
     options.argument("source", metavar="CODES"),
     options.output_option("Encoded texture to write (.safetensors)."),
-    options.texels_option(shown="--scale times the input"),
+    options.texels_option(shown="--scale times the input's"),
     "Width and height of the output in texels.",
     option("--scale", options.positive(), shown="5"),
-    "Edges of the output, as a multiple of the input's.",
+    "Edge lengths of the output relative to the input's.",
     option("--tile", is_flag=True, help="Make a texture that tiles."),
     option("--patch", IntRange(2), shown="from the texture"),
-    "Edge of patches in texels.",
-    option("--overlap", IntRange(1), shown="3/8 of their edge"),
+    "Edge length of patches in texels.",
+    option("--overlap", IntRange(1), shown="3/8 of the patch"),
     "Overlap of patches in texels.",
     option("--tolerance", options.FiniteRange(0.0), default=0.1),
-    "Choose among patches whose error is at most this fraction above the smallest.",
-    option("--periodic/--no-periodic", default=None, shown="found out"),
-    "Let patches reach over the edges of the input, which then must tile.",
+    "Choose among patches whose error exceeds the smallest by at most this fraction.",
+    option("--periodic/--no-periodic", default=None, shown="as detected"),
+    "Let patches cross the edges of the input, which must tile.",
     options.seed_option(),
 )
 def command(
     source: Path, output: Path, texels: tuple[int, int] | None, scale: float | None, **chosen: Any
 ) -> None:
-    """Make a larger texture like an encoded one, from patches of it.
+    """Make a larger texture from patches of an encoded one.
 
-    Every texel has the code of one of the input, so that it looks from everywhere as that does.
-    Seams are judged by differences of neighbors across them, over those of all others: 1 is best.
+    Every texel has the code of a texel of the input, so it looks right from all directions. Seams
+    are judged by the differences of neighbors across them relative to all others: 1 is best.
     """
     from nacre.textures.latent_file import check_latent_path, load_latent_map, save_latent_map
     from nacre.textures.synthesis import synthesize

@@ -1,5 +1,3 @@
-"""`nacre btf tile`."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -7,7 +5,7 @@ from pathlib import Path
 from nacre.cli import options
 from nacre.cli.btf.written import OUTPUT_HELP, check_codec, write
 from nacre.cli.command import command as make
-from nacre.cli.progress import progress
+from nacre.cli.report import progress
 
 
 @make(

@@ -1,5 +1,3 @@
-"""`nacre btf train`."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -11,14 +9,13 @@ from click import IntRange
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import counted, report_file
+from nacre.cli.report import counted, progress, report_file
 
 if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
 
 _SETTINGS = {"recipe_name": "preset", "bfloat16": "precision"}
-"""Settings of a training that are not called as their options are."""
+"""Settings of a training whose names differ from those of their options."""
 
 
 @make(
@@ -26,29 +23,28 @@ _SETTINGS = {"recipe_name": "preset", "bfloat16": "precision"}
     options.inputs_argument(),
     options.output_option("Codec to write (.safetensors)."),
     option("--model", metavar="NAME", default="basis"),
-    "Kind of codec. basis: ours, encodes textures of any directions, trained on those of one set "
-    "in minutes. unified: of any directions (Rainer et al. 2020). custom: of one set of "
-    "directions, made for one texture (Rainer et al. 2019).",
+    "Kind of codec. basis: nacre's own, trained in minutes on textures of one set of directions, "
+    "encodes any. unified: any directions (Rainer et al. 2020). custom: one set of directions, for "
+    "one texture (Rainer et al. 2019).",
     option("--code-dim", IntRange(1, 1024), shown="32; 8 for custom"),
-    "Latent size: values in a code; up to 128 for basis.",
-    options.precision_option(default="single", help="Precision of stored weights."),
+    "Number of values in a code; up to 128 for basis.",
+    options.precision_option(default="single", help="Precision of the stored weights."),
     option(
         "--steps",
         IntRange(1),
-        shown="10000; for unified and custom 100 epochs of 100 texels per "
-        "texture, with the reference recipe 1000",
+        shown="10000; for unified and custom 100 epochs, or 1000 with the reference recipe",
     ),
-    "Optimizer steps; for basis, of both its stages.",
+    "Optimizer steps; for basis, of both stages together.",
     option("--recipe recipe_name", ["reference", "default"], applies="codec", default="default"),
-    "Way to train: as the paper does, which takes days, or ours.",
+    "Recipe: the paper's, which takes days, or ours.",
     option("--minutes", options.positive(1e6), applies="codec"),
-    "Approximate length of the training, in place of --steps.",
+    "Approximate training time, instead of --steps.",
     option("--epochs", IntRange(1), applies="codec"),
-    "Length of the training in epochs of 100 texels per texture, in place of --steps.",
+    "Epochs of 100 texels per texture, instead of --steps.",
     option("--pooling", ["mean", "max"], applies="codec", shown="mean"),
-    "Pooling of entries in the unified encoder.",
+    "Pooling in the unified encoder.",
     option("--decoder", ["network", "bilinear"], applies="codec", default="network"),
-    "Decoder: the paper's network, or coefficients of a code times features of directions.",
+    "Decoder: the paper's network, or coefficients of the code times features of directions.",
     option(
         "--decoder-hidden",
         options.integers("106,106,106,106", most=4096),
@@ -64,7 +60,7 @@ _SETTINGS = {"recipe_name": "preset", "bfloat16": "precision"}
         applies="codec",
         shown="128; 32 for custom; 10 with the reference recipe",
     ),
-    "Texels in a step.",
+    "Texels per step.",
     option(
         "--learning-rate",
         options.positive(1e3),
@@ -73,15 +69,15 @@ _SETTINGS = {"recipe_name": "preset", "bfloat16": "precision"}
     ),
     "Largest learning rate.",
     option("--patience", IntRange(0), applies="codec", default=0),
-    "Stop after this many validations, 200 steps apart, without improvement; 0 for never.",
+    "Validations without improvement, 200 steps apart, to stop after; 0 for never.",
     option("--bfloat16", applies="codec", is_flag=True),
-    "Multiply matrices in bfloat16, which many processors do fast.",
+    "Multiply matrices in bfloat16, which is fast on many processors.",
     options.device_option(applies="codec", default="cpu"),
     "PyTorch device to train on.",
     options.seed_option(),
     option("--events", options.OUTPUT, applies="codec"),
-    "Folder to write a log to that TensorBoard reads.",
-    option("--resume", is_flag=True, help="Continue where the same command was stopped."),
+    "Folder for a TensorBoard log.",
+    option("--resume", is_flag=True, help="Resume the same command where it stopped."),
     options.pixels_option(),
 )
 def command(
@@ -94,15 +90,16 @@ def command(
     pixels: Quantity | None,
     **chosen: Any,
 ) -> None:
-    """Train a codec that turns texels of textures into short codes, and back.
+    """Train a codec that turns texels of textures into short codes and back.
 
-    The default, basis, learns from two textures or more of the same pairs of directions: 100 texels
-    of each, and four per value of a code at least.
+    The default, basis, needs two or more textures with the same pairs of directions, and in all at
+    least four texels per value of a code; it learns from 100 texels of each, or more
+    if there are few textures.
 
-    A training that was stopped keeps its state beside the output (OUTPUT.state*), from which
-    --resume continues: nothing is lost after Ctrl-C, and a minute at most when it is killed.
-    unified and custom also leave a table of losses, OUTPUT.journal.csv, and train in several
-    processes where torchrun starts them: torchrun --nproc-per-node 2 -m nacre btf train ...
+    A stopped training keeps its state beside the output (OUTPUT.state*), from which --resume
+    continues: Ctrl-C loses nothing, and a killed process at most a minute. unified and custom also
+    write a table of losses, OUTPUT.journal.csv, and can train in several processes: torchrun
+    --nproc-per-node 2 -m nacre btf train ...
     """
     from nacre.runtime.progress import silent
     from nacre.workflows.codec_training import is_first_process, kinds_with, train_codec
@@ -115,7 +112,7 @@ def command(
         if model not in (kinds := kinds_with(setting)):
             raise click.BadParameter(f"{flag} is for --model {' and '.join(kinds)}")
         settings[setting] = "bfloat16" if name == "bfloat16" else chosen[name]
-    found = train_codec(
+    codec = train_codec(
         paths,
         output,
         model=model,
@@ -126,9 +123,9 @@ def command(
         progress=progress(output.stem) if is_first_process() else silent,
         **settings,
     )
-    if found is None:
+    if codec is None:
         return
-    metadata, code_dim = found.codec.metadata, found.codec.code_dim
+    metadata, code_dim = codec.metadata, codec.code_dim
     facts = [f"latent size {code_dim}"]
     data: dict[str, Any] = {"model": model, "code_dim": code_dim}
     if "steps" in metadata:

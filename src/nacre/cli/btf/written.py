@@ -1,4 +1,4 @@
-"""Textures that commands write: what is put into the file, and reported of it."""
+"""Textures that commands write: the content of the file, and the report."""
 
 from __future__ import annotations
 
@@ -17,12 +17,11 @@ if TYPE_CHECKING:
     from nacre.measured.textures.ubo2014.writer import Loss
     from nacre.textures.latent_map import CodecFile, LatentMap
 
-OUTPUT_HELP = "File to write: codes (.safetensors), or values in a format of textures."
-"""Of commands that make uniform textures."""
+OUTPUT_HELP = "File to write: codes (.safetensors), or values in a texture format."
 
 
 def report_texture(path: Path, btf: Btf, loss: Loss | None) -> None:
-    """A line on a texture that was written; `loss` is what saving it gave."""
+    """Report a written texture; `loss` is the result of saving it."""
     pairs = counted(btf.pair_count, "pair of directions", "pairs of directions")
     text = f"{btf.width} x {btf.height} texels, {pairs}"
     data: dict[str, Any] = {
@@ -41,26 +40,22 @@ def report_texture(path: Path, btf: Btf, loss: Loss | None) -> None:
 
 
 def source_of(path: Path) -> dict[str, Any]:
-    """What an encoded texture says of where it is from."""
+    """What an encoded texture stores about its source."""
     return {"file": path.resolve().name, "sha256": digest(path) if path.is_file() else None}
 
 
 def written_reference(latent: LatentMap, source: Path, output: Path) -> CodecFile | None:
-    """The codec's file, if the texture read from `source` names one that lies beside the output.
-
-    None where the codec is to be embedded.
-    """
+    """The codec file that `source` names, if it is beside the output too; else embed the codec."""
     beside = source.resolve().parent == output.resolve().parent
     return latent.reference if beside else None
 
 
 def is_encoded(output: Path) -> bool:
-    """Whether codes are written rather than values."""
     return output.suffix.lower() == ".safetensors"
 
 
 def check_codec(output: Path, codec: Path | None) -> None:
-    """Refuse a codec that is none, or that nothing is encoded by, and formats that are unknown."""
+    """Refuse an unknown format, a file that is not a codec, and a codec without codes to write."""
     from nacre.formats import target
 
     encoded = is_encoded(output)
@@ -69,12 +64,12 @@ def check_codec(output: Path, codec: Path | None) -> None:
     if codec is None:
         return
     if not encoded:
-        raise click.BadParameter("--codec encodes; it is for an output that ends in .safetensors")
+        raise click.BadParameter("--codec is for an output that ends in .safetensors")
     expect(codec, "a texture codec")
 
 
 def write(texture: Btf, output: Path, model: Path | None, size: tuple[int, int] = (1, 1)) -> None:
-    """Write a texture of one texel, repeated to width and height, and report what it became."""
+    """Write a texture of one texel, repeated to width and height, and report the result."""
     from nacre.btf import TableBtf
     from nacre.formats import save
     from nacre.metrics.texture_errors import UNITS

@@ -1,25 +1,22 @@
-"""`nacre latent decode`."""
-
 from __future__ import annotations
 
 from pathlib import Path
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.progress import progress
-from nacre.cli.report import report_file
+from nacre.cli.report import progress, report_file
 
 
 @make(
     "decode",
     options.argument("source", metavar="CODE"),
     options.output_option(),
-    "Material to write (.binary, .bsdf, ...); networks of a hypernetwork or an autoencoder, "
-    "which have the paper's inputs, also as .safetensors and .h5.",
+    "Material to write (.binary, .bsdf, ...); a hypernetwork or an autoencoder also gives networks "
+    "with the paper's inputs (.safetensors, .h5).",
     options.basis_option(),
 )
 def command(source: Path, output: Path, basis_name: str) -> None:
-    """Write the material that a code stands for, in the format that the output's name ends in."""
+    """Decode a code into a material; the output's ending chooses the format."""
     from nacre.formats import check_target, writer
     from nacre.latent import find_basis, load_code
 

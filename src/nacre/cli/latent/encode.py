@@ -1,5 +1,3 @@
-"""`nacre latent encode`."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -10,8 +8,7 @@ import click
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import keyed, report_file
+from nacre.cli.report import keyed, progress, report_file
 
 
 @make(
@@ -20,14 +17,15 @@ from nacre.cli.report import keyed, report_file
     options.output_option("Code to write (.json); - is standard output.", text=".json"),
     options.basis_option(),
     option("--refine/--no-refine", default=True),
-    "Refine the code for pictures. Without, a pca code is closest in the logarithm, and an "
-    "autoencoder's is what its encoder gives; the others have no such code.",
-    *options.scale_option(),
+    "Refine the code so that pictures match. Unrefined, a pca code is the closest in the "
+    "logarithm, an autoencoder's the output of its encoder; other bases always refine.",
+    options.scale_option(),
 )
 def command(source: Path, output: Path, basis_name: str, refine: bool, free_scale: bool) -> None:
     """Find the code of an isotropic material.
 
-    Of a measurement at scattered directions, however few, it says how well they determine it.
+    For measurements at scattered directions, even a few, it also reports how well they determine
+    the material.
     """
     from nacre.formats import load_brdf
     from nacre.latent import find_basis, save_code

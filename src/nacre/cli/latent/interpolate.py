@@ -1,5 +1,3 @@
-"""`nacre latent interpolate`."""
-
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -12,8 +10,7 @@ from click import IntRange
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import print_table, report
+from nacre.cli.report import print_table, progress, report
 
 if TYPE_CHECKING:
     from nacre.latent import CodedBrdf, LatentBasis
@@ -29,13 +26,12 @@ _ALONG = "rougher", "glossier-coat", "darker", "more-saturated", "more-metallic"
     options.output_option("Picture to write (.png, .jpg); a page of sliders (.html)."),
     options.basis_option(),
     option("--along", _ALONG, multiple=True),
-    "Named direction to move FIRST along, both ways, in place of SECOND. May be repeated: a row or "
-    "a slider each; on a page, all unless some are given.",
-    option("--count", IntRange(2, 64), default=5, help="Number of materials, both ends too."),
-    option("--codes", options.OUTPUT, help="Folder to write the code of each to (.json)."),
-    option("--size", IntRange(16, 1024), default=192, help="Width of each picture in pixels."),
-    option("--spp", IntRange(1)),
-    "Samples per pixel; by default those of nacre render, which are denoised.",
+    "Direction to change FIRST in, both ways, instead of SECOND. May be repeated, for one row or "
+    "slider each; a page has all by default.",
+    option("--count", IntRange(2, 64), default=5, help="Number of materials, with both ends."),
+    option("--codes", options.OUTPUT, help="Folder for the codes of all (.json)."),
+    options.picture_size_option(),
+    options.spp_option(),
 )
 def command(
     first: Path,
@@ -50,10 +46,10 @@ def command(
 ) -> None:
     """Render what lies between FIRST and SECOND, which are materials or codes (.json).
 
-    In pca and neural bases the logarithm of f_r is linear in a code: what lies between reflects no
-    more than the same mixture of the ends would, in any direction.
+    In pca and neural bases the logarithm of f_r is linear in the code, so that materials in between
+    never reflect more than the same mixture of the ends.
 
-    With --along, render what FIRST becomes when it gets rougher, more metallic and so on.
+    With --along, render FIRST as it becomes rougher, more metallic and so on.
     """
     from nacre.latent import find_basis
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path
@@ -62,8 +58,8 @@ def command(
     if not page:
         check_image_path(output, DISPLAY_IMAGES)
     if (second is None) != (page or bool(along)):
-        wanted = "no SECOND" if second else "SECOND, or a direction by --along"
-        raise click.UsageError(f"expected {wanted}: {output} shows one of both")
+        wanted = "no SECOND" if second else "SECOND, or a direction with --along"
+        raise click.UsageError(f"expected {wanted}: {output} shows one or the other")
     options.check_outputs([output], [first, second, Path(basis_name)])
     line = progress(output.stem, "encoding")
     basis = find_basis(basis_name)
@@ -83,7 +79,6 @@ def _between(
     picture: tuple[int, int | None],
     line: Progress,
 ) -> None:
-    """What lies between two materials, in one row."""
     from nacre.figures.code_views import between, coded, strip
     from nacre.metrics import albedo
     from nacre.render.preview import write_bytes
@@ -112,7 +107,7 @@ def _along(
     picture: tuple[int, int | None],
     line: Progress,
 ) -> None:
-    """What named directions make of a material, a row or a slider each."""
+    """What a material becomes along named directions, one row or slider each."""
     from nacre.figures.code_views import coded, strip
     from nacre.figures.sliders import moved, slider_page
     from nacre.io.files import atomic_path
@@ -153,7 +148,7 @@ def _along(
 
 
 def _save(folder: Path | None, rows: Sequence[tuple[str, Sequence[CodedBrdf]]]) -> None:
-    """Write the codes of rows of materials, by a prefix of their names and their number."""
+    """Write the codes of rows of materials; file names are a prefix and a number."""
     from nacre.latent import save_code
 
     if folder is None:

@@ -1,5 +1,3 @@
-"""`nacre latent map`."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -7,8 +5,7 @@ from pathlib import Path
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import print_table, report
+from nacre.cli.report import print_table, progress, report
 from nacre.errors import NacreError
 
 
@@ -18,13 +15,13 @@ from nacre.errors import NacreError
     options.output_option("Plot to write (.png, .svg, .pdf)."),
     options.basis_option(),
     option("--highlight", options.INPUT, multiple=True),
-    "Material among INPUT to ring in red, and to list the nearest of. May be repeated.",
+    "Material among INPUT to ring in red and list the neighbors of. May be repeated.",
     options.seed_option(),
 )
 def command(
     paths: tuple[Path, ...], output: Path, basis_name: str, highlight: tuple[Path, ...], seed: int
 ) -> None:
-    """Lay out materials or codes by t-SNE, neighbors side by side."""
+    """Draw a map (t-SNE) of materials or codes, similar ones close together."""
     from nacre.figures.code_views import coded, draw_map
     from nacre.figures.plot import check_plot_path, write_plot
     from nacre.latent import find_basis
@@ -34,7 +31,7 @@ def command(
     options.check_outputs([output], [*paths, Path(basis_name)])
     missing = [path for path in highlight if path not in paths]
     if missing:
-        raise NacreError(f"{missing[0]}: is to be highlighted but not among the inputs")
+        raise NacreError(f"{missing[0]}: cannot be highlighted, since it is not among the inputs")
     line = progress(output.stem)
     basis = find_basis(basis_name)
     names = [path.stem for path in paths]

@@ -1,5 +1,3 @@
-"""`nacre latent project`."""
-
 from __future__ import annotations
 
 from dataclasses import asdict
@@ -9,8 +7,7 @@ import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.progress import progress
-from nacre.cli.report import print_table, report_file
+from nacre.cli.report import print_table, progress, report_file
 
 
 @make(
@@ -20,10 +17,10 @@ from nacre.cli.report import print_table, report_file
     options.basis_option(),
 )
 def command(source: Path, output: Path, basis_name: str) -> None:
-    """Bring a material or a code (.json) back to what is plausible.
+    """Move a material or a code (.json) to the nearest plausible one.
 
-    The closest code is found that is as plausible as 95 % of the materials the basis was trained
-    on. A material that is so already stays as it is.
+    The result is the nearest code that is more plausible than the least plausible 5 % of the
+    training materials. A material that already is plausible stays as it is.
     """
     from nacre.figures.code_views import coded
     from nacre.latent import find_basis, save_code

@@ -1,5 +1,3 @@
-"""`nacre latent sample`."""
-
 from __future__ import annotations
 
 import math
@@ -10,29 +8,28 @@ from click import IntRange
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import print_table, report
+from nacre.cli.report import print_table, progress, report
 
 
 @make(
     "sample",
-    options.output_option("Folder of codes to write (.json), or one picture (.png, .jpg)."),
+    options.output_option("Folder for codes (.json), or one picture (.png, .jpg)."),
     options.basis_option(),
     option("--count", IntRange(1, 1000), default=9, help="Number of materials."),
     option("--like", default="", metavar="KIND|FILE"),
-    "Kind of material: metal, paint, plastic, fabric, paper, wood, rubber, or another part of the "
-    "names of training materials; or a material or a code.",
+    "Kind of material (metal, paint, plastic, fabric, paper, wood, rubber, or another part of "
+    "training materials' names), or a material or code to resemble.",
     options.seed_option(),
-    option("--size", IntRange(16, 1024), default=192, help="Width of each picture in pixels."),
-    option("--spp", IntRange(1)),
-    "Samples per pixel; by default those of nacre render, which are denoised.",
+    options.picture_size_option(),
+    options.spp_option(),
 )
 def command(
     output: Path, basis_name: str, count: int, like: str, seed: int, size: int, spp: int | None
 ) -> None:
-    """Draw materials that nobody measured, but that could be among those the basis was trained on.
+    """Draw plausible materials that nobody measured, like those the basis was trained on.
 
-    None is less plausible than 95 % of the training materials, and none reflects more than arrives.
+    Each is more plausible than the least plausible 5 % of the training materials, and none reflects
+    more light than it receives.
     """
     from nacre.figures.code_views import strip
     from nacre.latent import find_basis, save_code

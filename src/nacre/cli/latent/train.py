@@ -1,5 +1,3 @@
-"""`nacre latent train`."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -11,8 +9,7 @@ from click import IntRange
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import note, report_file
+from nacre.cli.report import note, progress, report_file
 
 
 @make(
@@ -20,22 +17,22 @@ from nacre.cli.report import note, report_file
     options.inputs_argument(),
     options.output_option("Basis to write (.safetensors)."),
     option("--model", metavar="NAME", default="pca"),
-    "Kind of basis. pca: principal components, 16 MB. neural: closer, 0.2 MB. hypernetwork: codes "
-    "decode into networks of the paper's inputs, 675 weights; 0.6 MB. autoencoder: the paper's, "
-    "for the same networks; predicts lobes, as neural does. All but pca continue where they were "
+    "Kind of basis. pca: principal components, 16 MB. neural: more accurate, 0.2 MB. hypernetwork: "
+    "decodes into networks with the paper's inputs (675 weights), 0.6 MB. autoencoder: the "
+    "paper's, for the same networks; predicts lobes, as neural does. All but pca resume where they "
     "stopped.",
     option("--code-dim", IntRange(1, 1024), shown="32"),
-    "Latent size: values in a code.",
+    "Number of values in a code.",
     options.resolution_option(options.integers("90,45,45", 3), metavar="N,N,N", shown="90,45,45"),
-    "Nodes of the grid of pca: theta_h,theta_d,phi_d.",
+    "Nodes per axis of the grid for pca: theta_h,theta_d,phi_d.",
     option("--separate", is_flag=True, default=None),
-    "Train pca on each channel as a material of its own, not on the six channel permutations.",
+    "Train pca on each channel as a separate material, not on the six permutations of channels.",
     option("--steps", IntRange(1), shown="8000"),
     "Optimizer steps, except for pca.",
     option("--mixtures", IntRange(0), shown="12000"),
-    "Mixtures of materials that autoencoder is trained on as well.",
+    "Number of mixtures of materials that an autoencoder also learns from.",
     options.seed_option(default=None, shown="0"),
-    "Seed of all random numbers, except for pca.",
+    "Seed of the random numbers, except for pca.",
 )
 def command(
     paths: tuple[Path, ...],
@@ -44,7 +41,7 @@ def command(
     resolution: tuple[int, ...] | None,
     **chosen: Any,
 ) -> None:
-    """Train a basis on isotropic materials: files, or folders of measured files."""
+    """Train a basis on isotropic materials, from files or folders of measured files."""
     from nacre.measured.merl import Resolution
     from nacre.workflows import train_basis
 
@@ -62,7 +59,7 @@ def command(
         model,
         settings,
         progress=line,
-        left_out=lambda path: note(f"{path}: no material, left out"),
+        left_out=lambda path: note(f"{path}: is not a material, left out"),
     )
     count = len(basis.metadata["materials"])
     text = f"{count} materials, latent size {basis.code_dim}, {basis.nbytes:,} bytes in memory"

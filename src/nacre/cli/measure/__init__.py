@@ -1,5 +1,3 @@
-"""`nacre measure`. Each command lives in a module of its own, loaded when it runs."""
-
 from __future__ import annotations
 
 from nacre.cli.command import Group
@@ -10,8 +8,8 @@ command = Group(
     commands_help={
         "bsdf": "Measure a Mitsuba BSDF virtually.",
         "next": "Propose the directions to measure next.",
-        "plan": "Plan the directions to measure of a new material.",
+        "plan": "Plan the directions to measure on a new material.",
     },
-    help="Plan measurements of few directions, or measure a Mitsuba BSDF virtually.\n\nA plan is a "
-    "table with empty cells; filled in, it is a measurement as 'nacre fit' takes it.",
+    help="Plan a few measurements, or measure a Mitsuba BSDF virtually.\n\nA plan is a table with "
+    "empty cells; filled in, it is a measurement that 'nacre fit' takes.",
 )

@@ -1,5 +1,3 @@
-"""`nacre measure bsdf`."""
-
 from __future__ import annotations
 
 import sys
@@ -11,8 +9,7 @@ from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.fitting import note_inputs
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import note, report_file
+from nacre.cli.report import note, progress, report_file
 from nacre.errors import FormatError
 
 
@@ -20,7 +17,7 @@ from nacre.errors import FormatError
     "bsdf",
     options.argument("source", click.Path(allow_dash=True), metavar="INPUT"),
     options.output_option("File to write: a table, or a network (.safetensors, .h5)."),
-    option("--bsdf name", metavar="ID", help="BSDF of a scene, needed if it has several."),
+    option("--bsdf name", metavar="ID", help="BSDF to measure in a scene that has several."),
     options.resolution_option(),
     options.preset_option(),
     options.seed_option(),
@@ -33,18 +30,18 @@ def command(
     preset: str,
     seed: int,
 ) -> None:
-    """Measure a Mitsuba BSDF virtually: write a table of it, or a network fitted to it.
+    """Measure a Mitsuba BSDF virtually, and write a table or a fitted network.
 
-    INPUT is a description as mitsuba.load_dict takes it, in JSON: the text itself, like
-    '{"type": "principled", "roughness": 0.3}', a .json file, or - for standard input. Or it is a
-    scene (.xml). Textures are read at one point, their middle.
+    INPUT is a description for mitsuba.load_dict in JSON: the text itself, such as '{"type":
+    "principled", "roughness": 0.3}', a .json file, or - for standard input. It may also be a scene
+    (.xml). Textures are read at one point, their center.
     """
     from nacre.formats import check_target, target, writer
     from nacre.measuring.bsdf import described_bsdf, scene_bsdf
 
     scene = source.lower().endswith(".xml")
     if name is not None and not scene:
-        raise click.UsageError("--bsdf chooses from a scene (.xml)")
+        raise click.UsageError("--bsdf is for a scene (.xml)")
     write = writer(output, resolution)
     file = scene or source.lower().endswith(".json")
     options.check_outputs([output], [Path(source)] if file else [])
@@ -69,7 +66,7 @@ def command(
 
 
 def _text(source: str, *, file: bool) -> tuple[str, str]:
-    """A description, and what to call it in errors."""
+    """A description, and its name in errors."""
     if source == "-":
         return sys.stdin.read(), "standard input"
     if not file:

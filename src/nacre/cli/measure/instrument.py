@@ -1,4 +1,4 @@
-"""Options on what an instrument can measure."""
+"""Options for what an instrument can measure."""
 
 from __future__ import annotations
 
@@ -18,26 +18,25 @@ def _field(text: str) -> tuple[float, ...]:
 
 
 def instrument_options() -> list[Option | str]:
-    """Rows of a command; what they give is for :func:`instrument`."""
+    """Rows of a command; their values go to :func:`instrument`."""
     return [
         option("--max-polar", options.FiniteRange(1.0, 89.0), default=80.0, metavar="DEG"),
-        "Largest angle of the light and of the detector to the normal.",
+        "Largest angle of the light and the detector from the normal.",
         option("--min-angle", options.FiniteRange(0.0, 170.0), default=10.0, metavar="DEG"),
-        "Smallest angle between the light and the detector, where one would shade the other.",
+        "Smallest angle between light and detector at which neither shades the other.",
         option("--fixed-light", options.FiniteRange(0.0, 89.0), metavar="DEG", shown="it moves"),
-        "Angle to the normal of a light that cannot be moved.",
+        "Angle of a fixed light from the normal.",
         option("--in-plane", is_flag=True),
         "Keep the detector in the plane of the light and the normal.",
         option("--step", options.FiniteRange(0.01, 15.0), default=0.1, metavar="DEG"),
-        "Step of the axes: all angles are multiples of it.",
+        "Step of the axes; all angles are multiples of it.",
         option("--field", options.Parsed("W,H", _field), metavar="W,H", shown="one direction"),
-        "Degrees that a picture of a camera covers, seen from the sample. A picture is then nine "
-        "rows of the table: its corners, the middles of its edges, and its center.",
+        "Size of a camera's picture in degrees, seen from the sample. A picture makes nine rows: "
+        "corners, middles of edges, center.",
     ]
 
 
 def instrument(chosen: dict[str, Any]) -> Any:
-    """The :class:`nacre.measuring.Instrument` of the options."""
     from nacre.measuring import Instrument
 
     try:

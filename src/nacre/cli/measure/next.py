@@ -1,5 +1,3 @@
-"""`nacre measure next`."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -12,8 +10,7 @@ from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.measure.instrument import instrument, instrument_options
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import note, print_table, report
+from nacre.cli.report import note, print_table, progress, report
 from nacre.errors import FormatError
 
 
@@ -21,18 +18,18 @@ from nacre.errors import FormatError
     "next",
     options.argument("source", metavar="INPUT"),
     options.output_option(
-        "Table to write (.csv): what was measured, then rows to fill in.",
+        "Table to write (.csv): the measured rows, then rows to fill in.",
         required=False,
         text=".csv",
     ),
     option("-n --count", click.IntRange(1, 64), default=4),
-    "Pairs of directions, or pictures, to propose at most.",
+    "Largest number of pairs of directions, or pictures, to propose.",
     option("--budget", click.IntRange(1), shown="no limit"),
-    "Samples to measure in all; no more are proposed.",
+    "Total number of samples to measure.",
     option("--until", options.FiniteRange(0.0, 1.0), default=0.0),
-    "Expected error at which to stop: of a picture's display values, from 0 to 1.",
+    "Expected error to stop at, in a picture's display values from 0 to 1.",
     *instrument_options(),
-    *options.scale_option(),
+    options.scale_option(),
     options.basis_option(),
     options.seed_option(),
 )
@@ -47,9 +44,9 @@ def command(
     seed: int,
     **chosen: Any,
 ) -> None:
-    """Propose the directions to measure next, with what to expect there and how sure that is.
+    """Propose the directions to measure next, with expected values and their uncertainty.
 
-    INPUT is a measurement at scattered directions: a plan with one or more rows filled in.
+    INPUT is a measurement at scattered directions: a plan with at least one row filled in.
     """
     from nacre.formats import load_brdf
     from nacre.latent import find_basis
@@ -68,7 +65,7 @@ def command(
     measured = load_brdf(source)
     check_isotropic(measured)
     if not isinstance(measured, ScatteredBrdf):
-        raise FormatError(f"{source}: is no measurement at scattered directions")
+        raise FormatError(f"{source}: is not a measurement at scattered directions")
     samples = measured.samples
     found = basis.posterior(samples, free_scale=free_scale)
     exposures = count if budget is None else min(count, max(0, budget - len(samples)))
@@ -105,13 +102,12 @@ def command(
     report(text, {**facts, "pays": proposal.pays, "next": data, "output": written})
     if not later:
         reason = "the budget is spent" if exposures == 0 else f"the error is below {until:g}"
-        note(f"no more is proposed: {reason}")
+        note(f"nothing more is proposed: {reason}")
     elif not proposal.pays:
         note("another measurement no longer pays: it would lower the error by less than 1 %")
 
 
 def _degrees(wi: Any, wo: Any) -> tuple[float, ...]:
-    """Polar angle and azimuth of both directions, in degrees."""
     from nacre.geometry import to_spherical
 
     angles = [angle for w in (wi, wo) for angle in to_spherical(tuple(w.astype(np.float64)))]

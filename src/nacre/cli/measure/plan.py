@@ -1,5 +1,3 @@
-"""`nacre measure plan`."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -11,8 +9,7 @@ from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.measure.instrument import instrument, instrument_options
 from nacre.cli.options import option
-from nacre.cli.progress import progress
-from nacre.cli.report import counted, report_file
+from nacre.cli.report import counted, progress, report_file
 from nacre.errors import FormatError
 
 
@@ -20,18 +17,18 @@ from nacre.errors import FormatError
     "plan",
     options.output_option("Table to write (.csv), with empty cells for f_r.", text=".csv"),
     option("-n --count", click.IntRange(1, 256), default=16),
-    "Pairs of directions, or pictures. The first of a plan are the plan of fewer.",
+    "Number of pairs of directions, or pictures. A larger plan begins with the smaller ones.",
     option("--of source", options.INPUT, metavar="MATERIAL"),
-    "Measure this material virtually at the directions: the cells are filled in, to try it out.",
+    "Material to measure virtually, which fills in the cells.",
     *instrument_options(),
     options.basis_option(),
 )
 def command(output: Path, count: int, source: Path | None, basis_name: str, **chosen: Any) -> None:
-    """Plan the directions that tell most of an isotropic material.
+    """Plan the directions that tell most about an isotropic material.
 
-    They are chosen for materials like those of the basis. Fill in f_r in 1/sr on as
-    many rows as you like, in place of r, g and b also as f alone or as bands, and pass the file to
-    'nacre fit', 'nacre latent encode' or 'nacre measure next'.
+    They suit materials like those of the basis. Fill in f_r in 1/sr on as many rows as you like, as
+    r, g and b, as f alone or as bands, and pass the file to 'nacre fit', 'nacre latent encode' or
+    'nacre measure next'.
     """
     from nacre.formats import load_brdf
     from nacre.latent import find_basis
@@ -48,7 +45,7 @@ def command(output: Path, count: int, source: Path | None, basis_name: str, **ch
     basis = neural_basis(find_basis(basis_name))
     exposures = reached.exposures()
     if count > len(exposures):
-        raise click.UsageError(f"the instrument reaches {len(exposures)} pairs, not {count}")
+        raise click.UsageError(f"the instrument reaches only {len(exposures)} pairs, not {count}")
     design = Design(basis, basis.examples, exposures)
     for index in range(count):
         design.choose()

@@ -1,4 +1,4 @@
-"""Figure 7: errors against the fraction of the pairs of directions that texels are coded from."""
+"""Figure 7: errors against the fraction of the directions from which texels are encoded."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from nacre_lab.reproduce.textures.sampling import APART, AT_HELD_OUT, FRACTIONS,
 from nacre_lab.reproduce.textures.study import Study
 
 TEXELS = 64
-"""Of each material, at random."""
+"""Random texels of each material."""
 _Point: TypeAlias = tuple[npt.NDArray[np.float64], float]
 """Losses of texels, and the geometric mean over materials of mean squared errors."""
 _SAMPLINGS = (*FRACTIONS, LOW_VIEWS, AT_HELD_OUT, APART)
 
 
 def fig7(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Losses of texels of unseen materials that are coded from some of their pairs."""
+    """Losses of texels of unseen materials encoded from some of their pairs."""
     rows: list[Sequence[object]] = []
     lines: list[list[str]] = []
     curves: dict[str, list[_Point]] = {}
@@ -51,7 +51,7 @@ def fig7(study: Study, methods: Sequence[Method]) -> Outcome:
 def _losses(
     study: Study, method: Method, sampling: Sampling
 ) -> tuple[list[tuple[str, float, float, float]], _Point] | None:
-    """Of each material and of all: mean and deviation of the loss, and mean squared error."""
+    """For each material and all: mean and deviation of the loss, and mean squared error."""
     deviation = study.deviation()
     rows, losses, squares = [], [], []
     for material in study.unseen:

@@ -1,4 +1,4 @@
-"""A texture under a moving light, as it is and as a codec decodes it."""
+"""A texture under a moving light, measured or decoded."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ def animation(
     seed: int,
     progress: Progress = silent,
 ) -> npt.NDArray[np.float16]:
-    """Frames of a texture that is coded and decoded at hits, or of the texture without a codec.
+    """Frames of a texture, encoded and decoded at hits if a codec is given.
 
-    Networks of the papers are evaluated at every hit, other codecs tabulated.
+    The papers' networks are evaluated at every hit, other codecs tabulated.
 
     Parameters
     ----------
     texture, codec
-        What is shown.
+        The texture, and the codec or None.
     view
-        How; its `frames` is not None.
+        The view; its `frames` is not None.
     seed
-        Of the samples.
+        Seed of the samples.
 
     Returns
     -------
@@ -43,7 +43,7 @@ def animation(
     Raises
     ------
     NacreError
-        If the codec is for other directions, or decodes its own only.
+        If the codec is for other directions, or decodes only its own.
     MissingExtraError
         If the renderer is not installed.
     """

@@ -1,4 +1,4 @@
-"""Every table and figure by name: what it shows, of which methods, and where it differs."""
+"""Every table and figure by name: what it shows, for which methods, and how it differs."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from nacre_lab.reproduce.textures.training_figures import decoder, training
 from nacre_lab.reproduce.textures.trainings import training_table
 from nacre_lab.reproduce.textures.video import video
 
-_ALWAYS = "the textures given; networks are trained as the table says, for 1000 epochs there"
+_ALWAYS = "the given textures; networks are trained as the table says, the paper's for 1000 epochs"
 _QUICK_TEXELS = 48
-"""Of each texture at which errors are found, if it should be quick."""
+"""Texels of each texture at which a quick run computes errors."""
 _LENGTHS = ("steps", "epochs", "minutes")
 _OPTIONS = frozenset(
     ("methods", "unseen", "recipe", *_LENGTHS, "device", "quick", "seed", "folder", "fresh")
 )
 _RENDERED = _OPTIONS | {"size"}
-_CUSTOM = "the encoder of 2019 has layers of our choice"
+_CUSTOM = "we chose the layers of the encoder of 2019"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,9 +40,9 @@ class TextureExperiment(Experiment):
     Parameters
     ----------
     methods
-        Names of those that are compared unless others are asked for.
+        Names of the methods compared by default.
     make
-        Its table in Markdown, rows and pages.
+        Makes its table in Markdown, rows and pages.
     """
 
     methods: tuple[str, ...]
@@ -57,7 +57,7 @@ class TextureExperiment(Experiment):
         lengths = {name: getattr(request, name) for name in _LENGTHS}
         given = {name: length for name, length in lengths.items() if length is not None}
         if len(given) > 1:
-            raise NacreError(f"{' and '.join(given)}: give one of them")
+            raise NacreError(f"{' and '.join(given)}: give only one of them")
         settings = replace(settings, recipe=request.recipe, device=request.device, **given)
         training, unseen = separate(collect(request.files), request.unseen)
         study = Study(
@@ -80,7 +80,7 @@ class TextureExperiment(Experiment):
         Raises
         ------
         NacreError
-            If a codec cannot be made, a file not be read, or no method is for the textures.
+            If a codec cannot be made, a file cannot be read, or no method suits the textures.
         """
         outcome = self.make(study, methods)
         if not outcome.rows:
@@ -88,14 +88,14 @@ class TextureExperiment(Experiment):
             raise NacreError(f"nothing could be compared: {'; '.join(reasons)}")
         kinds = dict.fromkeys(method.kind for method in methods)
         names = [", ".join(m.name for m in some) for some in (study.unseen, study.others)]
-        looked = "all texels" if study.texels is None else f"{study.texels} texels a material"
+        looked = "all texels" if study.texels is None else f"{study.texels} texels per material"
         facts = {
             "Methods, with the number of values in a code": "; ".join(
                 f"{kind}: {KINDS[kind].about}" for kind in kinds
             ),
             "Settings": f"{study.settings.describe()}, seed {study.settings.seed}, errors over "
             f"{looked}",
-            "Materials": f"{len(study.training)} of the training; unseen: {names[0]}"
+            "Materials": f"{len(study.training)} in training; unseen: {names[0]}"
             + (f"; others: {names[1]}" if study.others else ""),
         }
         left_out = study.left_out()
@@ -107,7 +107,7 @@ class TextureExperiment(Experiment):
 
 
 BTF_TABLE1 = TextureExperiment(
-    title="errors of unseen materials by size of codes",
+    title="errors on unseen materials by size of codes",
     methods=(
         *("custom-8", "custom-all-32"),
         *("unified-8", "unified-16", "unified-32", "unified-64", "unified-128"),
@@ -115,7 +115,7 @@ BTF_TABLE1 = TextureExperiment(
     ),
     make=table1,
     heeds=_OPTIONS | {"again"},
-    differs=f"{_ALWAYS}; {_CUSTOM}; errors are of reflectance factors",
+    differs=f"{_ALWAYS}; {_CUSTOM}; errors are those of reflectance factors",
 )
 BTF_ABLATIONS = TextureExperiment(
     title="pooling, loss and sizes of the network of 2020",
@@ -125,7 +125,7 @@ BTF_ABLATIONS = TextureExperiment(
     differs=f"{_ALWAYS}; the paper names the choices (section 3) without figures",
 )
 BTF_TRAINING = TextureExperiment(
-    title="losses on held-out texels while networks are trained",
+    title="losses on held-out texels during the training of networks",
     methods=("unified-8", "unified-32"),
     make=training,
     differs=f"{_ALWAYS}; the paper shows no curve",
@@ -137,7 +137,7 @@ BTF_DECODER = TextureExperiment(
         *("unified-32:4x160", "unified-32:6x106"),
     ),
     make=decoder,
-    differs=f"{_ALWAYS}; the paper takes four hidden layers of 106 and shows no others",
+    differs=f"{_ALWAYS}; the paper uses four hidden layers of 106 and shows no others",
 )
 BTF_FIG4 = TextureExperiment(
     title="unseen textures, measured and decoded",
@@ -151,22 +151,22 @@ BTF_FIG5 = TextureExperiment(
     methods=("custom-8", "unified-8", "unified-32", "basis-32"),
     make=fig5,
     heeds=_RENDERED | {"height_fields"},
-    differs=f"{_ALWAYS}; {_CUSTOM}; one cylinder under our environment, of {SIZE} pixels an edge "
-    "for 800 unless --size is given; parallax where --height-fields is given",
+    differs=f"{_ALWAYS}; {_CUSTOM}; one cylinder under our environment, with {SIZE} pixels per "
+    "edge instead of 800 unless --size is given; parallax if --height-fields is given",
 )
 BTF_FIG6 = TextureExperiment(
-    title="textures of other directions and other appearance, lit by a point",
+    title="textures with other directions and appearance, under a point light",
     methods=("custom-8", "unified-32", "basis-32"),
     make=fig6,
     heeds=_RENDERED | {"other"},
-    differs=f"{_ALWAYS}; {_CUSTOM}; cylinders under a light of our place",
+    differs=f"{_ALWAYS}; {_CUSTOM}; we chose the position of the light",
 )
 BTF_FIG7 = TextureExperiment(
-    title="errors by the fraction of pairs that are seen",
+    title="errors by the fraction of pairs seen",
     methods=("unified-32", "pca-32", "basis-32"),
     make=fig7,
-    differs=f"{_ALWAYS}; {TEXELS} random texels of each unseen material; views below 50 degrees, "
-    "and directions held out whole, are ours",
+    differs=f"{_ALWAYS}; {TEXELS} random texels of each unseen material; views below 50 degrees "
+    "and entirely held-out directions are our additions",
 )
 BTF_FIG8 = TextureExperiment(
     title="unseen textures, decoded from a fraction of their pairs",
@@ -178,19 +178,19 @@ BTF_FIG9 = TextureExperiment(
     title="unseen textures from three distances, filtered as images and as codes",
     methods=("unified-32", "basis-32"),
     make=fig9,
-    differs=f"{_ALWAYS}; means of 2, 4 and 8 texels an edge; the measured pair nearest to the "
-    "paper's angles",
+    differs=f"{_ALWAYS}; averages over 2, 4 and 8 texels per edge; the measured pair nearest to "
+    "the paper's angles",
 )
 BTF_FIG10 = TextureExperiment(
-    title="unseen textures made larger by quilting of codes",
+    title="unseen textures enlarged by quilting their codes",
     methods=("unified-32", "basis-32"),
     make=fig10,
     heeds=_RENDERED,
-    differs=f"{_ALWAYS}; quilting also keeps patches apart that would only continue; a plane under "
-    "our environment",
+    differs=f"{_ALWAYS}; quilting also avoids patches that merely continue their neighbors; a "
+    "plane under our environment",
 )
 BTF_TSNE = TextureExperiment(
-    title="codes of texels in the plane",
+    title="codes of texels in a plane",
     methods=("unified-32", "basis-32"),
     make=tsne,
     differs=f"{_ALWAYS}; texels of unseen materials are ringed",
@@ -199,5 +199,5 @@ BTF_VIDEO = TextureExperiment(
     title="unseen textures under a moving light, measured and decoded",
     methods=("unified-32", "basis-32"),
     make=video,
-    differs=f"{_ALWAYS}; the paper states neither the way of the light nor the view",
+    differs=f"{_ALWAYS}; the paper states neither the path of the light nor the view",
 )

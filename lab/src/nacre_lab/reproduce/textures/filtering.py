@@ -1,4 +1,4 @@
-"""Figure 9: textures from further away, by means of what codes decode to and by means of codes."""
+"""Figure 9: textures from further away, by averages of decoded pictures and of codes."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from nacre_lab.reproduce.textures.rendering import encoded
 from nacre_lab.reproduce.textures.study import Study
 from nacre_lab.reproduce.textures.texture_figures import exposure_of, measured_pair
 
-_LEVELS = 3  # distances: means of 2, 4 and 8 texels an edge, where there are as many
-_PAIRS = 512  # pairs of directions that errors are of
+_LEVELS = 3  # distances: averages over 2, 4 and 8 texels per edge, if there are as many
+_PAIRS = 512  # pairs of directions behind the errors
 _ROWS = "measured", "mean of\nthe image", "mean of\nthe codes"
 _SOURCES = ("textures/mipmap.py", "reproduce/textures/filtering.py")
 _SIDE, _GAP, _HEAD, _CAPTION, _NAMES, _BETWEEN = 0.85, 0.06, 0.5, 0.2, 0.75, 0.2
 """Inches: edge of a picture, space between, height of heads and captions, width of names, space
 between materials."""
-_ACROSS = 4  # materials beside one another
+_ACROSS = 4  # materials side by side
 
 
 def fig9(study: Study, methods: Sequence[Method]) -> Outcome:
@@ -74,20 +74,20 @@ def filtered(
     seed: int,
     progress: Progress = silent,
 ) -> Mapping[str, Floats]:
-    """A texture from `count` distances, each twice as far as the one before.
+    """A texture from `count` distances, each twice the previous one.
 
     Returns
     -------
     dict
-        Of each "level k", shape (3, height, width, 3), the mean at the pair of directions of what
-        was measured, of what is decoded, and what the mean of codes decodes to; and "errors", shape
-        (count, 3): mean squared differences of the second and the third to the first, and of the
-        third to the second, over pairs drawn at random.
+        For each "level k", shape (3, height, width, 3): the average at the pair of directions of
+        the measured picture, that of the decoded picture, and the decoded average of the codes; and
+        "errors", shape (count, 3): mean squared differences of the second and the third from the
+        first, and of the third from the second, over random pairs.
 
     Raises
     ------
     NacreError
-        If the codec is for other directions only.
+        If the codec is only for other directions.
     """
     random = np.random.default_rng(seed)
     total = texture.pair_count
@@ -115,7 +115,7 @@ def filtered(
 
 
 def _page(blocks: Sequence[tuple[str, Sequence[Floats], Floats]]) -> Figure:
-    """A block a material: three rows, and a column for each distance; errors below."""
+    """A block for each material: three rows, one column per distance, errors below."""
     columns = max(len(pictures) for _, pictures, _ in blocks)
     step, down = _SIDE + _GAP, _SIDE + _CAPTION
     across = columns * step + _BETWEEN

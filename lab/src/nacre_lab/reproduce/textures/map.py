@@ -1,4 +1,4 @@
-"""The map of Figure 1: codes of texels of all materials in the plane."""
+"""The map of Figure 1: codes of texels of all materials in a plane."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from nacre_lab.reproduce.textures.methods import Method
 from nacre_lab.reproduce.textures.study import Study
 
 TEXELS = 40
-"""Of each material, at random."""
+"""Random texels of each material."""
 _NEIGHBORS = 10
 _PANEL = 5.0
 """Inches."""
@@ -30,14 +30,14 @@ _DOT = 7.0
 
 
 def tsne(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Places of codes by t-SNE, and how many of their neighbors are of the same material.
+    """Places of codes by t-SNE, and the fraction of neighbors of the same material.
 
-    Codes are scaled to equal spread of all their values, which no codec promises.
+    Codes are scaled so that all values have the same spread, which no codec guarantees.
 
     Raises
     ------
     NacreError
-        If each material has a codec of its own, or there are too few materials.
+        If each material has its own codec, or there are too few materials.
     """
     materials = sorted([*study.training, *study.unseen], key=lambda m: (m.family, m.name))
     rows: list[Sequence[object]] = []
@@ -45,7 +45,7 @@ def tsne(study: Study, methods: Sequence[Method]) -> Outcome:
     panels: dict[str, tuple[list[Material], npt.NDArray[np.float64]]] = {}
     for method in methods:
         if method.own:
-            raise NacreError(f"{method.name}: each material has codes of its own; take another")
+            raise NacreError(f"{method.name}: each material has its own codes; choose another")
         found = [(material, study.codes(method, material, TEXELS)) for material in materials]
         known = [(material, codes) for material, codes in found if codes is not None]
         if not known:

@@ -1,4 +1,4 @@
-"""Textures of several materials: which are for training and which are kept unseen."""
+"""Textures of several materials, for training and unseen ones."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from nacre.formats import is_btf, load_btf
 from nacre.measured.textures.transposition import transposed
 
 UNSEEN = "12"
-"""Names that end so are unseen, as in Rainer et al. 2020, section 4."""
+"""Names with this ending are unseen, as in Rainer et al. 2020, section 4."""
 _SAMPLED = 8
-"""Texels, or pictures, that tell whether a texture is the same as before."""
+"""Number of texels or pictures that identify a texture."""
 
 
 @dataclass(frozen=True)
@@ -44,12 +44,12 @@ class Material:
         return load_btf(self.path)
 
     def opened(self) -> AbstractContextManager[Btf]:
-        """The texture with texels that come at once."""
+        """The texture with fast access to texels."""
         return transposed(self.load())
 
     @cached_property
     def fingerprint(self) -> str:
-        """SHA-256 of size, directions and some values, by which results are found again."""
+        """SHA-256 of size, directions and some values, which identifies results."""
         texture = self.load()
         total = hashlib.sha256(f"{texture.width} {texture.height}".encode())
         count = texture.pair_count if texture.by_image else texture.texel_count
@@ -61,22 +61,22 @@ class Material:
 
 
 def collect(paths: Sequence[Path]) -> list[Material]:
-    """Materials of files, and of all files in folders and below, by name.
+    """Materials from files, and from all files in folders and below, by name.
 
     Raises
     ------
     NacreError
-        If a path is absent or a folder has no texture, or two have the same name.
+        If a path does not exist, a folder has no texture, or two textures have the same name.
     """
     found: list[Path] = []
     for path in paths:
         if is_btf(path) or not path.is_dir():
-            load_btf(path)  # says what is wrong with it
+            load_btf(path)  # reports what is wrong with it
             found.append(path)
             continue
         inside = [p for p in sorted(path.rglob("*")) if p.is_file() and is_btf(p)]
         if not inside:
-            raise NacreError(f"{path}: has no textures; give a folder or files of some")
+            raise NacreError(f"{path}: has no textures; name files or a folder with some")
         found += inside
     names: dict[str, Path] = {}
     for path in found:
@@ -89,20 +89,20 @@ def collect(paths: Sequence[Path]) -> list[Material]:
 def separate(
     materials: Sequence[Material], unseen: Sequence[str] = ()
 ) -> tuple[list[Material], list[Material]]:
-    """Materials for training, and unseen ones: those named, or that end in :data:`UNSEEN`.
+    """Materials for training, and unseen ones: the named ones, or those ending in :data:`UNSEEN`.
 
     Raises
     ------
     NacreError
-        If there are none of either, or a name is unknown.
+        If there are none of one kind, or a name is unknown.
     """
     known = {material.name for material in materials}
     if unknown := [name for name in unseen if name not in known]:
-        raise NacreError(f"{unknown[0]}: is none of the textures ({', '.join(sorted(known))})")
+        raise NacreError(f"{unknown[0]}: is not one of the textures ({', '.join(sorted(known))})")
     kept = set(unseen) or {name for name in known if name.endswith(UNSEEN)}
     training = [m for m in materials if m.name not in kept]
     if not kept:
-        raise NacreError(f"no texture's name ends in {UNSEEN}; name those to keep by --unseen")
+        raise NacreError(f"no texture's name ends in {UNSEEN}; name those to keep with --unseen")
     if not training:
-        raise NacreError("all textures are unseen; give others to train on")
+        raise NacreError("all textures are unseen; add others to train on")
     return training, [m for m in materials if m.name in kept]

@@ -1,4 +1,4 @@
-"""Codecs by name, and how each is found or trained."""
+"""Codecs by name, and how to find or train each."""
 
 from __future__ import annotations
 
@@ -20,30 +20,30 @@ from nacre_lab.reproduce.cache import module_digest
 from nacre_lab.reproduce.textures.materials import Material
 
 _COMPONENTS = 32
-"""Of those that are found at once, where there are as many; fewer are the first of them."""
+"""Number of components found at once, if possible; smaller codes use the first of them."""
 _NAME = re.compile(r"([a-z0-9-]+?)-([1-9]\d{0,3})(?::([1-9])x([1-9]\d{0,3}))?")
 
 
 @dataclass(frozen=True)
 class TrainingSettings:
-    """What all trainings share.
+    """Settings shared by all trainings.
 
     Parameters
     ----------
     recipe
-        Of each network: one of :data:`nacre.textures.codecs.networks.recipe.RECIPES`.
+        Recipe of each network: one of :data:`nacre.textures.codecs.networks.recipe.RECIPES`.
     steps
-        Of the training of each network, the same for all.
+        Training steps of each network, the same for all.
     epochs, minutes
-        In place of steps.
+        Instead of steps.
     device
-        PyTorch device that networks are trained on.
+        PyTorch device to train networks on.
     texels
-        Of each material, for general principal components.
+        Texels of each material for general principal components.
     basis
-        Of nacre's own codec, but for the size of its codes.
+        Recipe of nacre's own codec, except for the size of its codes.
     seed
-        Of everything random.
+        Seed of everything random.
     """
 
     recipe: str = "default"
@@ -57,7 +57,7 @@ class TrainingSettings:
 
     @property
     def length(self) -> dict[str, float]:
-        """How long networks are trained, as their recipes take it."""
+        """Length of the training of networks, for their recipes."""
         if self.minutes is not None:
             return {"minutes": self.minutes}
         return {"steps": self.steps} if self.epochs is None else {"epochs": self.epochs}
@@ -69,29 +69,29 @@ class TrainingSettings:
 
     @classmethod
     def quick(cls, seed: int = 0) -> TrainingSettings:
-        """Short trainings: figures to look at."""
+        """Settings of short trainings, for a first look."""
         basis = BasisRecipe(texels=20, coded_texels=100, function_steps=400, code_steps=600)
         return cls(steps=300, texels=20, basis=basis, seed=seed)
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A way to code texels.
+    """A kind of codec for texels.
 
     Parameters
     ----------
     about
         In words.
     recipe
-        All of the settings that decides the codec of a method: JSON-able, or a dataclass that is.
+        The settings that determine the codec of a method: JSON-able, or a dataclass of such.
     train
-        Finds or trains the codec of a method by its recipe.
+        Finds or trains the codec of a method with its recipe.
     sources
-        Modules of nacre that decide the result, as patterns of paths.
+        Modules that determine the result, as patterns of paths.
     own
-        Whether each material has a codec of its own.
+        Whether each material has its own codec.
     network
-        Kind in :data:`CODECS` and settings of a network that is trained; None of other codecs.
+        Kind in :data:`CODECS` and settings of a trained network; None for other codecs.
     """
 
     about: str
@@ -111,9 +111,9 @@ class Method:
     kind
         One of :data:`KINDS`.
     code_dim
-        Numbers in a code.
+        Number of values in a code.
     decoder
-        Widths of the hidden layers of a network's decoder; the paper's where empty.
+        Widths of the hidden layers of a network's decoder; the paper's if empty.
     """
 
     kind: str
@@ -122,7 +122,7 @@ class Method:
 
     @property
     def name(self) -> str:
-        """The name, as :func:`find` takes it."""
+        """The name for :func:`find`."""
         sizes = f":{len(self.decoder)}x{self.decoder[0]}" if self.decoder else ""
         return f"{self.kind}-{self.code_dim}{sizes}"
 
@@ -132,7 +132,7 @@ class Method:
         return KINDS[self.kind].own
 
     def facts(self, training: Sequence[Material], settings: TrainingSettings) -> dict[str, Any]:
-        """All that decides its codec, JSON-able."""
+        """Everything that determines its codec, JSON-able."""
         kind = KINDS[self.kind]
         recipe = kind.recipe(self, settings)
         return {
@@ -149,7 +149,7 @@ class Method:
         state: Path,
         progress: Progress,
     ) -> TexelCodec:
-        """Find or train its codec; `state` begins the names of files of a training that stops."""
+        """Find or train its codec; `state` is the prefix of files of a stopped training."""
         kind = KINDS[self.kind]
         journal = journal_path(state) if kind.network else None
         paths = [material.path for material in training]
@@ -158,13 +158,13 @@ class Method:
 
 
 def journal_path(kept: Path) -> Path:
-    """Where the losses of a training are written, given a file of the same name."""
+    """File for the losses of a training, beside a file of the same name."""
     return kept.with_suffix(".journal.csv")
 
 
 def find(name: str) -> Method:
-    """The method of a name like `unified-32`, or `unified-32:4x106` for a network whose decoder has
-    four hidden layers of 106.
+    """The method of a name such as `unified-32`, or `unified-32:4x106` for a network whose decoder
+    has four hidden layers of 106.
 
     Raises
     ------
@@ -174,7 +174,9 @@ def find(name: str) -> Method:
     match = _NAME.fullmatch(name)
     if match is None or match[1] not in KINDS or int(match[2]) > 1024:
         kinds = ", ".join(KINDS)
-        raise NacreError(f"{name}: is no method; a name is one of {kinds}, and values: unified-32")
+        raise NacreError(
+            f"{name}: is not a method; expected one of {kinds} with a size, like unified-32"
+        )
     if match[3] and KINDS[match[1]].network is None:
         raise NacreError(f"{name}: only networks have decoders of other sizes")
     return Method(match[1], int(match[2]), (int(match[4]),) * int(match[3]) if match[3] else ())
@@ -220,7 +222,7 @@ def _basis_recipe(method: Method, settings: TrainingSettings) -> BasisRecipe:
 
 
 def _included(name: str, about: str, sources: tuple[str, ...]) -> Kind:
-    """A codec that is included, as it is."""
+    """An included codec, unchanged."""
     path = PRETRAINED[name]
     return Kind(
         f"the included {about}, as it is",
@@ -253,7 +255,7 @@ KINDS: Mapping[str, Kind] = {
         "the same trained on squared errors", *_NETWORK, network=("unified", {"loss": "l2"})
     ),
     "custom": Kind(
-        "network of Rainer et al. 2019, one a material",
+        "network of Rainer et al. 2019, one per material",
         *_NETWORK,
         own=True,
         network=("custom", {}),

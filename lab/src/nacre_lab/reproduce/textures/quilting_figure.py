@@ -1,4 +1,4 @@
-"""Figure 10: textures made larger by quilting their codes, and rendered."""
+"""Figure 10: textures enlarged by quilting their codes, and rendered."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from nacre_lab.reproduce.textures.study import Study
 from nacre_lab.reproduce.textures.texture_figures import measured_pair
 
 SCALE = 5
-"""How much larger each edge becomes (Rainer et al. 2020, section 5.2)."""
+"""Factor by which each edge grows (Rainer et al. 2020, section 5.2)."""
 _NAMES = "picture", "contrast", "used", "seconds"
 _SOURCES = (
     *rendering.SOURCES, "textures/synthesis/*.py", "reproduce/textures/quilting_figure.py"
@@ -37,7 +37,7 @@ a rendering that the measured texture covers."""
 
 
 def fig10(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Planes of unseen textures that were made larger, with what was measured in a corner."""
+    """Planes of enlarged unseen textures, with the measured texture in a corner."""
     view = View("plane", repeat=1, size=study.size)
     rows: list[Sequence[object]] = []
     table: list[list[str]] = []
@@ -64,21 +64,21 @@ def fig10(study: Study, methods: Sequence[Method]) -> Outcome:
 def quilted(
     texture: Btf, codec: TexelCodec, view: View, seed: int, progress: Progress = silent
 ) -> Mapping[str, Any]:
-    """A texture with edges of :data:`SCALE` times its own, made of its codes, and rendered.
+    """A texture enlarged :data:`SCALE` times through its codes, and rendered.
 
     Returns
     -------
     dict
-        The "picture", shape (size, size, 3); the "contrast" of seams, not a number where there are
-        none; the share of the input that is "used"; and the "seconds" of quilting.
+        The "picture", shape (size, size, 3); the "contrast" of seams, NaN if there are none; the
+        fraction of the input that is "used"; and the "seconds" of quilting.
 
     Raises
     ------
     NacreError
-        If the codec is for other directions, or decodes its own only.
+        If the codec is for other directions, or decodes only its own.
     """
     if not codec.any_directions:
-        raise NacreError("its codec knows its own directions only")
+        raise NacreError("its codec knows only its own directions")
     latent = encoded(texture, codec, progress)
     began = time.monotonic()
     made = synthesize(

@@ -1,4 +1,4 @@
-"""Renderings of textures, measured or decoded at hits, and how long they take."""
+"""Renderings of textures, measured or decoded at hits, and their times."""
 
 from __future__ import annotations
 
@@ -22,28 +22,27 @@ from nacre.textures.latent_map import LatentMap
 from nacre.workflows.encoding import encode
 
 SIZE = 256
-"""Edge of renderings in pixels, unless another is asked for."""
+"""Default edge of renderings in pixels."""
 SAMPLES = 32
-"""Of a pixel (Rainer et al. 2020, section 5.1)."""
+"""Samples per pixel (Rainer et al. 2020, section 5.1)."""
 SOURCES = ("render/**/*.py", "reproduce/textures/rendering.py")
-"""Modules that decide renderings."""
+"""Modules that determine renderings."""
 
 
 @dataclass(frozen=True)
 class View:
-    """How a texture is shown.
+    """How to show a texture.
 
     Parameters
     ----------
     shape, light
         Object, and light on it; see :func:`nacre.render.textures.scene.describe_texture_scene`.
     repeat
-        Times that the texture goes around or along the object.
+        Repetitions of the texture around or along the object.
     size
         Edge of the picture in pixels.
     height_field
-        File of the heights that texels are points of, for parallax; the object is smooth where
-        None.
+        Height field that texels follow, for parallax; the object is smooth if None.
     """
 
     shape: str = "cylinder"
@@ -53,7 +52,7 @@ class View:
     height_field: Path | None = None
 
     def facts(self) -> dict[str, Any]:
-        """All that decides a picture, JSON-able."""
+        """Everything that determines a picture, JSON-able."""
         facts = asdict(self) | {"samples": SAMPLES}
         if self.height_field is not None:
             facts["height_field"] = digest(self.height_field)
@@ -61,7 +60,7 @@ class View:
 
 
 class Rendering(NamedTuple):
-    """Linear RGB, shape (size, size, 3), and the seconds from a loaded scene to the picture."""
+    """Linear RGB, shape (size, size, 3), and the seconds from the loaded scene to the picture."""
 
     picture: npt.NDArray[np.float32]
     seconds: float
@@ -70,12 +69,12 @@ class Rendering(NamedTuple):
 def rendering(
     texture: Btf, codec: TexelCodec | None, view: View, seed: int, progress: Progress = silent
 ) -> Rendering:
-    """A path-traced object of a texture that is coded and decoded at hits, or of the texture.
+    """A path-traced object with a texture, encoded and decoded at hits if a codec is given.
 
     Raises
     ------
     NacreError
-        If the codec is for other directions, or decodes its own only.
+        If the codec is for other directions, or decodes only its own.
     """
     shown = texture if codec is None else encoded(texture, codec, progress)
     return render_texture(shown, view, seed, progress)
@@ -94,21 +93,21 @@ def encoded(texture: Btf, codec: TexelCodec, progress: Progress = silent) -> Lat
 
 
 def decoder_at_hits(codec: TexelCodec) -> Literal["table", "network"]:
-    """How a codec is decoded at hits: networks of the papers are evaluated, others tabulated."""
+    """How to decode at hits: the papers' networks are evaluated, other codecs tabulated."""
     return "network" if codec.hit_form == "network" else "table"
 
 
 def render_texture(
     shown: Btf | LatentMap, view: View, seed: int, progress: Progress = silent
 ) -> Rendering:
-    """Render what is measured, interpolated between the nearest directions, or encoded.
+    """Render the measured texture, interpolated between the nearest directions, or an encoded one.
 
-    Networks of the papers are evaluated at every hit.
+    The papers' networks are evaluated at every hit.
 
     Raises
     ------
     NacreError
-        If the codec decodes its own directions only, or the height field cannot be read.
+        If the codec decodes only its own directions, or the height field cannot be read.
     """
     options: dict[str, Any] = {}
     height, width = (

@@ -1,4 +1,4 @@
-"""Figures 5 and 6: renderings of textures as they are and as they are decoded."""
+"""Figures 5 and 6: renderings of measured and decoded textures."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ SIDE = 1.9
 
 
 def fig5(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Cylinders of unseen textures under an environment, and of what each method makes of them.
+    """Cylinders of unseen textures under an environment, measured and decoded by each method.
 
     Raises
     ------
     NacreError
-        If height fields are given, but not those of all textures.
+        If height fields are given, but not for all textures.
     """
     views = [View(size=study.size, height_field=study.height_field(m)) for m in study.unseen]
     return _rendered(study, methods, study.unseen, views)
 
 
 def fig6(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Cylinders, lit by a point, of textures that are unlike those of the training.
+    """Cylinders under a point light, of textures unlike those of the training.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def fig6(study: Study, methods: Sequence[Method]) -> Outcome:
         If there are none.
     """
     if not study.others:
-        raise NacreError("there are no textures unlike those of the training; give --other FOLDER")
+        raise NacreError("there are no textures unlike those of the training; add --other FOLDER")
     views = [View(light="point", size=study.size)] * len(study.others)
     return _rendered(study, methods, study.others, views)
 

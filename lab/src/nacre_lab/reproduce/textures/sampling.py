@@ -1,4 +1,4 @@
-"""Which pairs of directions a texel is coded from, and at which it is compared."""
+"""The pairs of directions from which a texel is encoded, and at which it is compared."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ Pairs: TypeAlias = npt.NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Sampling:
-    """Some of a texture's pairs of directions.
+    """A choice among a texture's pairs of directions.
 
     Parameters
     ----------
     name
         In words.
     fraction
-        Of the pairs, chosen at random.
+        Fraction of the pairs, chosen at random.
     steepest
         Largest polar angle of views in degrees.
     held_out
-        Fraction of the directions, chosen at random, that texels are compared at: pairs that have
-        one of them. Where 0, they are compared at all pairs.
+        Random fraction of the directions; texels are compared at pairs with one of them. If 0, they
+        are compared at all pairs.
     hidden
-        Whether those pairs are kept from the encoder.
+        Whether those pairs are hidden from the encoder.
     """
 
     name: str
@@ -41,19 +41,19 @@ class Sampling:
     hidden: bool = False
 
     def pairs(self, wi: Floats, wo: Floats, seed: int = 0) -> tuple[Pairs, Pairs]:
-        """Indices of the pairs that are seen, and of those that are compared, in order.
+        """Indices of the seen and of the compared pairs, in order.
 
         Parameters
         ----------
         wi, wo
             Unit directions, shape (n, 3).
         seed
-            Of what is chosen at random.
+            Seed of the random choices.
 
         Raises
         ------
         NacreError
-            If none of them is seen.
+            If no pair is seen.
         """
         random = np.random.default_rng(seed)
         compared = np.ones(len(wi), bool)
@@ -80,11 +80,11 @@ class Sampling:
 ALL = Sampling("100 %")
 """Every pair."""
 HELD_OUT = 0.1
-"""Fraction of directions that are held out whole."""
+"""Fraction of directions held out altogether."""
 FRACTIONS = (*(Sampling(f"{percent} %", percent / 100.0) for percent in (1, 2, 5, 10, 20, 50)), ALL)
-"""Of Figure 7."""
+"""Fractions in Figure 7."""
 LOW_VIEWS = Sampling("views below 50 degrees", steepest=50.0)
-"""All light, views near the normal only."""
+"""All lights, with views near the normal only."""
 AT_HELD_OUT = Sampling("all, compared at some directions", held_out=HELD_OUT)
 APART = Sampling("those directions held out", held_out=HELD_OUT, hidden=True)
-"""Compared at the same pairs as :data:`AT_HELD_OUT`, but coded without them."""
+"""Compared at the same pairs as :data:`AT_HELD_OUT`, but encoded without them."""

@@ -1,4 +1,4 @@
-"""Codecs and what they make of textures: what is missing is made, the rest found."""
+"""Codecs and their results on textures, computed if they are not in the cache."""
 
 from __future__ import annotations
 
@@ -34,32 +34,32 @@ _DECIDING = (
     *("measured/textures/domes.py", "textures/codecs/networks/preprocessing.py"),
     "textures/selection.py",
 )
-"""Modules that decide results, besides those of codecs."""
+"""Modules that determine results, besides those of codecs."""
 
 
 class _UnfitError(NacreError):
-    """A codec that a texture cannot be given to."""
+    """A codec that does not suit a texture."""
 
 
 @dataclass
 class Study:
-    """Textures, and what methods make of them.
+    """Textures, and the results of methods on them.
 
     Parameters
     ----------
     training, unseen
-        Materials that codecs are made from, and others.
+        Materials for training codecs, and unseen ones.
     others
-        Further unseen ones, of any directions.
+        More unseen ones, with any directions.
     again
-        Second measurements of unseen ones, by the same names.
+        Second measurements of unseen ones, under the same names.
     texels
-        Of each texture, at which errors are found; None for all.
+        Number of texels of each texture behind the errors; None for all.
     size
         Edge of renderings in pixels.
     height_fields
-        Folder of heights that the texels of unseen textures are points of, NAME.exr each; None
-        where they are points of a plane.
+        Folder of height fields (NAME.exr) that the texels of unseen textures follow; None if they
+        lie in a plane.
     """
 
     training: Sequence[Material]
@@ -73,7 +73,7 @@ class Study:
     height_fields: Path | None = None
     progress: Progress = silent
     skipped: dict[tuple[str, str], list[str]] = field(default_factory=dict)
-    """Materials that a method is not for, by method and reason."""
+    """Materials that a method does not suit, by method and reason."""
     _codecs: dict[tuple[str, int], TexelCodec] = field(default_factory=dict)
 
     def errors(
@@ -83,14 +83,14 @@ class Study:
         sampling: Sampling = ALL,
         texels: int | None = None,
     ) -> Errors | None:
-        """Errors of the texels of a material; None where the method is not for its directions.
+        """Errors of the texels of a material; None if the method is not for its directions.
 
-        As many random texels are compared as is said here, or in the study.
+        The number of random texels compared is given here or in the study.
 
         Raises
         ------
         FormatError
-            If a texture cannot be read, or a result not written.
+            If a texture cannot be read, or a result cannot be written.
         NacreError
             If a codec cannot be made.
         """
@@ -105,7 +105,7 @@ class Study:
         return self._result("picture", trial.picture, method, material, sampling, pair)
 
     def rendering(self, material: Material, method: Method | None, view: View) -> Rendering | None:
-        """An object of the decoded texture, or of the measured one where no method is given.
+        """An object with the decoded texture, or the measured one if no method is given.
 
         See :meth:`errors`, and :func:`nacre_lab.reproduce.textures.rendering.rendering`.
         """
@@ -119,18 +119,18 @@ class Study:
         return None if found is None else Rendering(found["picture"], float(found["seconds"]))
 
     def height_field(self, material: Material) -> Path | None:
-        """The file of the heights that the texels of a material are points of, if they are.
+        """The height field that the texels of a material follow, if any.
 
         Raises
         ------
         FormatError
-            If the folder of height fields has none of it.
+            If the folder of height fields has none for it.
         """
         if self.height_fields is None:
             return None
         path = self.height_fields / f"{material.name}.exr"
         if not path.is_file():
-            raise FormatError(f"{path}: is absent; nacre btf capture --height-map writes it")
+            raise FormatError(f"{path}: does not exist; nacre btf capture --height-map writes it")
         return path
 
     def codes(self, method: Method, material: Material, texels: int) -> Floats | None:
@@ -156,7 +156,7 @@ class Study:
         return float(self._kept("noise", [material.fingerprint, again.fingerprint], make))
 
     def deviation(self) -> float:
-        """Standard deviation of logarithms in training, by which whitening divides them."""
+        """Standard deviation of the training logarithms, the divisor of whitening."""
         seed = self.settings.seed
 
         def make() -> Floats:
@@ -167,7 +167,7 @@ class Study:
         return float(self._kept("deviation", facts, make))
 
     def training_of(self, method: Method, material: Material) -> Training | None:
-        """How the codec of a method was trained; None where it is no network."""
+        """The training of a method's codec; None if it is not a network."""
         codec = self.codec(method, material)
         if KINDS[method.kind].network is None:
             return None
@@ -176,7 +176,7 @@ class Study:
         return Training.of(method, codec, journal_path(kept), directions)
 
     def trainings(self, methods: Sequence[Method]) -> list[Training]:
-        """Those of networks; of a method with one a material that of the first unseen one."""
+        """The trainings of networks; for methods with one per material, of the first unseen one."""
         material = (*self.unseen, *self.others)[0]
         found = []
         for method in methods:
@@ -190,7 +190,7 @@ class Study:
         material: Material,
         measure: Callable[[TexelCodec, Floats, Floats], float],
     ) -> float:
-        """What a function measures of a codec at the directions of a material, kept."""
+        """The cached result of a function of a codec at the directions of a material."""
 
         def make() -> Floats:
             texture = material.load()
@@ -200,11 +200,11 @@ class Study:
         return float(self._kept(measure.__name__, facts, make))
 
     def left_out(self) -> list[tuple[str, str, list[str]]]:
-        """Method, reason and materials of what was skipped, one entry a method and reason."""
+        """Method, reason and materials of skipped trials, one entry per method and reason."""
         return [(*pair, materials) for pair, materials in sorted(self.skipped.items())]
 
     def codec(self, method: Method, material: Material) -> TexelCodec:
-        """The codec of a method, for one material where it is of its own.
+        """The codec of a method, for one material if each has its own.
 
         Raises
         ------
@@ -230,14 +230,14 @@ class Study:
         return codec
 
     def _key(self, method: Method, material: Material) -> str:
-        """Name of the file that keeps a codec."""
+        """Name of the file for a codec."""
         return cache_key("codec", method.facts(self._textures(method, material), self.settings))
 
     def _textures(self, method: Method, material: Material) -> Sequence[Material]:
         return [material] if method.own else self.training
 
     def report(self, method: Method | None, material: Material) -> Progress:
-        """What hears of the progress of one trial."""
+        """The progress of one trial."""
         return named(self.progress, f"{method.name if method else 'truth'}, {material.name}")
 
     def _result(
@@ -248,7 +248,7 @@ class Study:
         material: Material,
         *arguments: Any,
     ) -> Floats | None:
-        """What comes of a texture, a codec, arguments and the seed; None where they do not fit."""
+        """The array made from a texture, a codec, arguments and the seed; see :meth:`results`."""
         found = self.results(
             name, (name,), lambda *given: {name: make(*given)}, method, material, *arguments
         )
@@ -264,12 +264,12 @@ class Study:
         *arguments: Any,
         sources: Sequence[str] = (),
     ) -> Arrays | None:
-        """Arrays by name that a function makes of a texture, a codec, arguments and the seed.
+        """Arrays by name that a function makes from a texture, a codec, arguments and the seed.
 
-        None where the method is not for the texture; the codec is None without a method. Of
-        `arguments`, what is neither JSON-able nor a dataclass that is has `facts`; `sources` are
-        modules that decide the results, besides those of codecs. `kind` names the results, which
-        are kept. See :meth:`errors` for what is raised.
+        None if the method does not suit the texture; the codec is None without a method.
+        `arguments` are JSON-able, dataclasses of such, or have `facts`; `sources` are modules that
+        determine the results, besides those of codecs. `kind` names the cached results. See
+        :meth:`errors` for what is raised.
         """
         seed = self.settings.seed
         facts = [material.fingerprint, *map(_facts, arguments), seed]
@@ -299,7 +299,7 @@ class Study:
             return None
 
     def _kept(self, name: str, facts: Sequence[Any], make: Callable[[], Floats]) -> Floats:
-        """An array that was kept, or is made."""
+        """An array from the cache, or a new one."""
         found: Floats = self._arrays(name, (name,), facts, lambda: {name: make()})[name]
         return found
 
@@ -311,13 +311,13 @@ class Study:
         make: Callable[[], Arrays],
         sources: Sequence[str] = (),
     ) -> Arrays:
-        """Arrays that were kept, or are made."""
+        """Arrays from the cache, or new ones."""
         key = cache_key("result", [kind, *facts, module_digest(*_DECIDING, *sources)])
         return self.cache.arrays(key, names, make)
 
 
 def _facts(argument: Any) -> Any:
-    """What decides a result of an argument, JSON-able."""
+    """What determines a result in an argument, JSON-able."""
     if isinstance(argument, View):
         return argument.facts()
     if is_dataclass(argument) and not isinstance(argument, type):

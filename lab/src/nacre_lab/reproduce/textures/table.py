@@ -17,12 +17,12 @@ _MARKERS = "osD^vP*X"
 
 
 def table1(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Mean squared error of each unseen material by each method.
+    """Mean squared error of each unseen material with each method.
 
     Raises
     ------
     NacreError
-        If a codec cannot be made, or a second measurement is of other directions.
+        If a codec cannot be made, or a second measurement has other directions.
     """
     columns = ("material", "method", "values", "mse", "loss")
     rows: list[Sequence[object]] = []
@@ -48,9 +48,9 @@ def table1(study: Study, methods: Sequence[Method]) -> Outcome:
 
 
 def error_table(names: Sequence[str], series: Mapping[str, Mapping[str, float]]) -> str:
-    """Mean squared errors times ten thousand, a line a method, and their geometric mean.
+    """Mean squared errors times ten thousand, one line per method, and their geometric mean.
 
-    `series` has errors by method and material; the mean is left out where some are missing.
+    `series` has errors by method and material; the mean is left out if some are missing.
     """
     lines = []
     for method, errors in series.items():

@@ -1,4 +1,4 @@
-"""Figures 4 and 8: textures as they are and as they are decoded."""
+"""Figures 4 and 8: measured and decoded textures."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from nacre_lab.reproduce.textures.study import Study
 from nacre_lab.reproduce.textures.table import error_table
 
 TRUTH = "truth"
-"""Title of the column of what was measured."""
+"""Title of the column for the measurement."""
 _SIDE, _GAP, _NAMES, _HEAD, _CAPTION = 1.35, 0.08, 1.05, 0.4, 0.2
 """Inches: edge of a texture, space between, width of names, height of titles and captions."""
 _BRIGHT, _WHITE = 99.0, 0.9
-"""Percentile of the truth that is shown at a brightness."""
+"""Percentile of the truth shown at a given brightness."""
 ANGLES = {
     "fig4": ((45.0, 0.0), (60.0, 90.0)),
     "fig8": ((45.0, 0.0), (0.0, 0.0)),
@@ -41,7 +41,7 @@ _PARTS = tuple(s for s in FRACTIONS if s.name in ("1 %", "5 %", "10 %", "20 %", 
 
 
 def fig4(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Unseen textures and what each method makes of them."""
+    """Unseen textures, measured and decoded by each method."""
     rows: list[Sequence[object]] = []
     lines, whole = [], dict[str, dict[str, float]]()
     for material in study.unseen:
@@ -62,7 +62,7 @@ def fig4(study: Study, methods: Sequence[Method]) -> Outcome:
 
 
 def fig8(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Unseen textures that are coded from some of their pairs, a page a method."""
+    """Unseen textures encoded from some of their pairs, one page per method."""
     rows: list[Sequence[object]] = []
     pages: dict[str, Any] = {}
     table: list[list[str]] = []
@@ -101,7 +101,7 @@ def compared(
     picture: Floats | None,
     sampling: Sampling = ALL,
 ) -> Cell:
-    """What a method makes of a picture, if it can, and the errors."""
+    """A picture decoded by a method, if possible, and the errors."""
     found = study.errors(method, material, sampling)
     if picture is None or found is None:
         return Cell(None)
@@ -110,7 +110,7 @@ def compared(
 
 @dataclass(frozen=True)
 class Cell:
-    """A picture, errors of it and of the whole texture; none of the truth."""
+    """A picture, and the errors of it and the whole texture; none for the truth."""
 
     picture: Floats | None
     mse: float | None = None
@@ -123,7 +123,7 @@ class Cell:
 
 
 def exposure_of(picture: Floats) -> float:
-    """By which a measured picture is shown well."""
+    """Exposure at which a measured picture is shown well."""
     return _WHITE / max(float(np.percentile(picture, _BRIGHT)), 1e-6)
 
 
@@ -137,7 +137,7 @@ def cell_page(
 ) -> Figure:
     """Pictures of materials in rows, `side` inches wide each, below heads: one is :data:`TRUTH`.
 
-    Where `exposed`, 1 is white; else each row is as bright as shows the truth well.
+    If `exposed`, 1 is white; else the brightness of each row suits the truth.
     """
     across, down = side + _GAP, side + _CAPTION
     page = Page(_NAMES + len(heads) * across, _HEAD + len(lines) * down + _GAP)

@@ -1,4 +1,4 @@
-"""What training, and the sizes of the decoder, do for the networks of the papers."""
+"""Effects of training and of decoder sizes on the papers' networks."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from nacre_lab.reproduce.textures.study import Study
 from nacre_lab.reproduce.textures.trainings import Training, training_curves
 
 _TEXELS, _DIRECTIONS = 64, 1024
-"""That are decoded to time it."""
+"""Number of values decoded for timing."""
 _ROUNDS = 9
 
 
 class _Size(NamedTuple):
-    """A decoder, the error of unseen materials, and seconds to decode a value of three channels."""
+    """A decoder, the error on unseen materials, and seconds per decoded value of three channels."""
 
     method: str
     layers: int
@@ -45,7 +45,7 @@ def training(study: Study, methods: Sequence[Method]) -> Outcome:
     """
     found = [each for each in study.trainings(methods) if _validated(each)]
     if not found:
-        raise NacreError("no method here is a network that is validated while it is trained")
+        raise NacreError("no method here is a network that is validated during training")
     rows = [
         (each.name, row.step, row.seconds, row.learning_rate, row.loss, row.validation)
         for each in found
@@ -66,17 +66,17 @@ def training(study: Study, methods: Sequence[Method]) -> Outcome:
 
 
 def decoder(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Errors of unseen materials, and the time of decoding, by the sizes of the decoder.
+    """Errors on unseen materials and decoding times, by size of the decoder.
 
     Raises
     ------
     NacreError
-        If a codec cannot be made, or a method is no network.
+        If a codec cannot be made, or a method is not a network.
     """
     rows: list[_Size] = []
     for method in methods:
         if KINDS[method.kind].network is None:
-            raise NacreError(f"{method.name}: is no network; name some like unified-32:2x106")
+            raise NacreError(f"{method.name}: is not a network; name some like unified-32:2x106")
         found = [study.errors(method, material) for material in study.unseen]
         errors = [each.mse for each in found if each is not None]
         if len(errors) < len(found):
@@ -115,7 +115,7 @@ def decoder(study: Study, methods: Sequence[Method]) -> Outcome:
 
 
 def decoding_seconds(codec: TexelCodec, wi: Floats, wo: Floats) -> float:
-    """Median seconds that a value of three channels takes to decode."""
+    """Median seconds to decode a value of three channels."""
     every = np.linspace(0, len(wi) - 1, min(_DIRECTIONS, len(wi))).astype(int)
     decode = codec.decoder(wi[every], wo[every])
     codes = np.zeros((_TEXELS, codec.code_dim), np.float32)
@@ -132,7 +132,7 @@ def _validated(each: Training) -> bool:
 
 
 def _lowest(each: Training, part: float) -> float:
-    """Last loss on held-out texels within a part of the training."""
+    """The last held-out loss within a fraction of the training."""
     losses = [(row.step, row.validation) for row in each.rows if row.validation is not None]
     within = [loss for step, loss in losses if step <= part * each.steps] or [losses[0][1]]
     return float(within[-1])

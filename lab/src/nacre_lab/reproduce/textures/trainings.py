@@ -1,4 +1,4 @@
-"""How networks were trained: a table for every page, and their losses as curves."""
+"""Trainings of networks: a table for every page, and curves of losses."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from nacre_lab.reproduce.textures.methods import Method
 
 @dataclass(frozen=True)
 class Training:
-    """A training that is over.
+    """A finished training.
 
     Parameters
     ----------
     name
-        Of the method.
+        Name of the method.
     steps, epochs
         Its length; every epoch has new random texels of every texture.
     batch
@@ -30,13 +30,13 @@ class Training:
     optimizer, loss
         What was minimized, and how.
     encoder
-        Share of a texel's entries that the encoder saw in a step, in words.
+        Fraction of a texel's entries that the encoder saw in a step, in words.
     compared
-        Entries that the loss compared in a step.
+        Entries compared by the loss in a step.
     held_out
-        Loss on held-out texels in the end; None where there are none.
+        Final loss on held-out texels; None if there are none.
     rows
-        Of its journal.
+        Rows of its journal.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Training:
 
     @classmethod
     def of(cls, method: Method, codec: TexelCodec, journal: Path, entries: int) -> Self:
-        """The training of a codec, of which its metadata tell, on texels of so many entries."""
+        """The training of a codec, from its metadata, on texels of so many entries."""
         facts: dict[str, Any] = codec.metadata
         recipe = facts["training"]
         batch, steps = int(recipe["batch"]), int(facts["steps"])
@@ -78,12 +78,12 @@ class Training:
 
     @property
     def seconds(self) -> float | None:
-        """How long it took; None where that was not kept."""
+        """Its duration; None if unknown."""
         return self.rows[-1].seconds if self.rows else None
 
 
 def training_table(trainings: Sequence[Training]) -> str:
-    """Markdown, a line a network."""
+    """Markdown, one line per network."""
     head = [
         *("network", "steps", "epochs", "texels a step", "optimizer, loss"),
         *("entries the encoder saw", "entries compared", "seconds", "held-out loss"),

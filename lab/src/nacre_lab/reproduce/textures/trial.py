@@ -1,4 +1,4 @@
-"""What a codec makes of a texture: errors of its texels, and pictures."""
+"""Results of a codec on a texture: errors of texels, and pictures."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from nacre.textures.codecs.networks.preprocessing import OFFSET
 from nacre_lab.reproduce.textures.sampling import Pairs, Sampling
 
 _BLOCK = 1 << 26
-"""Bytes of reflectance at a time."""
+"""Bytes of reflectance processed at a time."""
 
 
 class Errors(NamedTuple):
-    """Of each texel that was looked at, over all pairs compared, shapes (t,).
+    """Errors of each examined texel over all compared pairs, shapes (t,).
 
-    Mean squared differences of reflectance factors, and mean absolute ones of their logarithms:
-    what the networks' loss is, but for a factor.
+    Mean squared differences of reflectance factors, and mean absolute differences of their
+    logarithms, which is the networks' loss up to a factor.
     """
 
     squares: npt.NDArray[np.float64]
@@ -42,7 +42,7 @@ def errors(
     seed: int,
     progress: Progress = silent,
 ) -> Errors:
-    """Errors of as many random texels, or of all, that are coded from some pairs and decoded.
+    """Errors of random texels, or of all, encoded from some pairs and decoded.
 
     Raises
     ------
@@ -99,14 +99,14 @@ def codes(texture: Btf, codec: TexelCodec, texels: int, seed: int) -> npt.NDArra
 
 
 def noise(texture: Btf, again: Btf) -> float:
-    """Mean squared error that is left to any codec, from a second measurement with other noise.
+    """Mean squared error that no codec can avoid, from a second measurement with other noise.
 
     It is half the mean squared difference: both have noise of the same variance.
 
     Raises
     ------
     ValueError
-        If the two are not of the same size and directions.
+        If the two differ in size or directions.
     """
     same = (texture.height, texture.width) == (again.height, again.width)
     if not (same and np.array_equal(texture.wi, again.wi) and np.array_equal(texture.wo, again.wo)):
@@ -118,7 +118,7 @@ def noise(texture: Btf, again: Btf) -> float:
 
 
 def _decoder(texture: Btf, codec: TexelCodec, seen: Pairs, shown: Pairs) -> TexelMap:
-    """From texels at all pairs of directions, coded from those seen, to those shown."""
+    """Maps texels at all pairs of directions to the shown pairs, encoding only the seen pairs."""
     wi, wo = texture.wi, texture.wo
     encode = on_all_cores(codec, codec.encoder(wi[seen], wo[seen]))
     decode = on_all_cores(codec, codec.decoder(wi[shown], wo[shown]))
@@ -126,7 +126,7 @@ def _decoder(texture: Btf, codec: TexelCodec, seen: Pairs, shown: Pairs) -> Texe
 
 
 def _taken(values: Floats, pairs: Pairs) -> Floats:
-    """Values at some pairs; without a copy where these are all."""
+    """Values at some pairs; no copy if these are all."""
     return values if len(pairs) == values.shape[1] else values[:, pairs]
 
 

@@ -39,19 +39,19 @@ VIEW = TextureView(
 )
 """What is shown."""
 QUICK = replace(VIEW, size=96, spp=4, frames=12)
-"""The same, to look at."""
+"""The same, for a first look."""
 _SOURCES = (
     *SOURCES,
     *("workflows/texture_rendering.py", "reproduce/textures/animation.py"),
 )
 _CELL = 256
-"""Pixels of an edge of a picture on a page, at least."""
+"""Least number of pixels along the edge of a picture on a page."""
 _SIDE, _GAP, _HEAD, _BELOW, _FOOT = 2.0, 0.12, 0.52, 0.26, 0.5
 """Inches: edge of a picture, space between, heights of titles, captions and the last line."""
 _BRIGHT, _SHOWN = 99.0, 0.6
-"""Percentile of the measured frames that is shown at a brightness, if it is darker."""
+"""Percentile of the measured frames shown at a given brightness, if it is darker."""
 _DIAL = 0.17
-"""Inches: radius of the circle that stands for the hemisphere above the plane."""
+"""Inches: radius of the circle for the hemisphere above the plane."""
 
 
 @dataclass(frozen=True)
@@ -75,15 +75,15 @@ class Column:
 
 
 def video(study: Study, methods: Sequence[Method]) -> Outcome:
-    """An animation of each unseen texture as it was measured and as each method decodes it.
+    """An animation of each unseen texture, measured and decoded by each method.
 
-    Errors are those of :class:`nacre.metrics.temporal.TemporalErrors`: how far each animation is
-    from that of the measured texture, and how much of it flickers.
+    Errors are those of :class:`nacre.metrics.temporal.TemporalErrors`: the difference of each
+    animation from that of the measured texture, and how much of it flickers.
 
     Raises
     ------
     NacreError
-        If a codec cannot be made, or a texture not be read.
+        If a codec cannot be made, or a texture cannot be read.
     MissingExtraError
         If the renderer is not installed.
     """
@@ -120,7 +120,7 @@ def video(study: Study, methods: Sequence[Method]) -> Outcome:
 def _frames(
     study: Study, method: Method | None, material: Material, view: TextureView
 ) -> Floats | None:
-    """Frames of the texture as it was measured, or decoded; None where the method is not for it."""
+    """Frames of the measured or decoded texture; None if the method does not suit it."""
 
     def make(
         texture: Btf, codec: TexelCodec | None, view: TextureView, seed: int
@@ -132,16 +132,16 @@ def _frames(
 
 
 def video_frames(name: str, columns: Sequence[Column], view: TextureView) -> Iterator[Bytes]:
-    """Pages of an animation: columns side by side, and a dial with the place of the light.
+    """Pages of an animation: columns side by side, and a dial with the position of the light.
 
     Parameters
     ----------
     name
-        Of the texture.
+        Name of the texture.
     columns
-        From left to right; the first decides how bright all are shown.
+        From left to right; the first determines the brightness of all.
     view
-        What they show; light on its way over a plane.
+        The view; a light moving over a plane.
     """
     assert view.frames is not None
     directions = light_path(view.light_path or "around", view.frames, view.angle, view.shape)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from typing import Any
 
 from rich.console import Console
@@ -14,18 +14,16 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from nacre.cli.session import session
-
 DELAY = 0.7
-"""Seconds of work before anything is printed: what is over sooner needs no progress."""
+"""Seconds before anything is printed: shorter work needs no progress."""
 EVERY = 10.0
-"""Seconds between plain lines while a stage goes on."""
+"""Seconds between plain lines during a stage."""
 _LINES = 4
-"""Plain lines that are printed at a time."""
+"""Most plain lines printed at a time."""
 
 
 class Line:
-    """Progress of one material or job; called as :data:`nacre.runtime.progress.Progress`."""
+    """Progress of one material or job, called as a :data:`nacre.runtime.progress.Progress`."""
 
     def __init__(self, display: Display, name: str) -> None:
         self._display, self.name = display, name
@@ -43,15 +41,13 @@ class Line:
         self.done, self.total, self.note = done, total, note
 
     def parts(self, stage: str, total: int = 100) -> Callable[[float], None]:
-        """What to call with how much of a stage is done, from 0 to 1."""
+        """A function that takes the finished fraction of a stage, from 0 to 1."""
         return lambda part: self(stage, round(part * total), total)
 
     def end(self) -> None:
-        """Take the line off the display."""
         self._display.remove(self)
 
     def plain(self) -> str:
-        """The line as text."""
         parts = [f"{self.name}: {self.stage or 'starting'}"]
         if self.total > 1:
             parts[0] += f" {self.done:,}/{self.total:,}"
@@ -64,7 +60,7 @@ class Line:
         return Text(self.name), self.stage or "starting", bar, steps, self._left(), Text(self.note)
 
     def _left(self) -> str:
-        """Time that the stage still takes if it goes on as so far."""
+        """Time left in the stage at its speed so far."""
         if not self.done or self.total <= 1:
             return "-:--:--"
         passed = time.monotonic() - self.began
@@ -73,16 +69,16 @@ class Line:
 
 
 class Display:
-    """All lines of a command, shown by a thread of its own; the title until there is one.
+    """All lines of a command, or its title until there is one, shown by a thread.
 
-    `quiet` shows nothing, `verbose` prints how long every stage took.
+    `quiet` shows nothing; `verbose` prints how long every stage took.
     """
 
     def __init__(
         self, title: str, console: Console, *, quiet: bool = False, verbose: bool = False
     ) -> None:
         self._console, self._quiet, self._verbose = console, quiet, verbose
-        # FORCE_COLOR, which Jupyter sets, has rich take a pipe for a terminal.
+        # With FORCE_COLOR, which Jupyter sets, rich takes a pipe for a terminal.
         self._is_terminal = console.is_terminal and console.file.isatty()
         self._lock = threading.Lock()
         self._lines = [Line(self, title)]
@@ -109,7 +105,6 @@ class Display:
                 self.stage_ended(line, time.monotonic() - line.began)
 
     def add(self, name: str) -> Line:
-        """A line for one material or job."""
         line = Line(self, name)
         with self._lock:
             if self._untouched:
@@ -119,13 +114,12 @@ class Display:
         return line
 
     def remove(self, line: Line) -> None:
-        """Take a line off the display."""
         with self._lock:
             if line in self._lines:
                 self._lines.remove(line)
 
     def clear(self) -> None:
-        """Make room for what is printed; the display comes back as work goes on."""
+        """Make room for printed text; the display returns while work goes on."""
         with self._lock:
             if self._live is not None:
                 self._live.stop()
@@ -133,7 +127,6 @@ class Display:
 
     @contextmanager
     def hidden(self) -> Iterator[None]:
-        """A block in which nothing is shown, as a question to the user needs."""
         with self._lock:
             self._hidden = True
         self.clear()
@@ -143,7 +136,7 @@ class Display:
             self._hidden = False
 
     def stage_ended(self, line: Line, seconds: float) -> None:
-        """Print how long a stage took, if that is wanted."""
+        """Print how long a stage took, if verbose."""
         if self._verbose and line.stage:
             self.clear()
             text = f"{line.name}: {line.stage}: {seconds:.2f} s"
@@ -174,7 +167,7 @@ class Display:
         self._live.update(grid, refresh=True)
 
     def _print(self) -> None:
-        """Lines whose stage is new; all of them when none was printed for a while."""
+        """Print the lines with a new stage, or all if none was printed for a while."""
         now = time.monotonic()
         chosen = [line for line in self._lines if line.printed != line.stage]
         if not chosen and now - self._last >= EVERY:
@@ -186,21 +179,3 @@ class Display:
             self._console.print(f"and {len(chosen) - _LINES} more", markup=False)
             for line in chosen:
                 line.printed = line.stage
-
-
-@contextmanager
-def hidden_progress() -> Iterator[None]:
-    """A block in which the command shows no progress, as a question to the user needs."""
-    display = session().display
-    with display.hidden() if display is not None else nullcontext():
-        yield
-
-
-def progress(name: str, stage: str = "") -> Line:
-    """A line of the display of the command that runs, with the stage that begins."""
-    # Outside of a command there is no display.
-    display = session().display or Display(name, Console(stderr=True), quiet=True)
-    line = display.add(name)
-    if stage:
-        line(stage, 0, 1)
-    return line
