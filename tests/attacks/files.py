@@ -185,7 +185,7 @@ ATTACKS = {
     "npz-lying": Attack(
         "says in its list that it is small",
         lambda: {"a.npz": lying_zip()},
-        "another length|damaged",
+        "the length that the archive says|damaged",
     ),
     "npy-shape": Attack(
         "claims an array larger than any memory",

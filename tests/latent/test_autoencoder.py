@@ -183,7 +183,7 @@ def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeyp
     state = tmp_path / "state"
     with pytest.raises(KeyboardInterrupt):
         Autoencoder.train(MATERIALS, RECIPE, checkpoint=state, progress=stop_at(100))
-    with pytest.raises(NacreError, match="of another run"):
+    with pytest.raises(NacreError, match="belongs to another run"):
         Autoencoder.train(MATERIALS[1:], RECIPE, checkpoint=state)
     whole, seen = state.read_bytes(), []
     resumed = Autoencoder.train(

@@ -88,7 +88,7 @@ def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeyp
         train(random_basis(), RECIPE, checkpoint=state, progress=stop_at(100, "hypernetwork"))
     fewer = replace(random_basis(), examples=random_basis().examples[1:])
     for basis in (random_basis(2, 2), fewer):
-        with pytest.raises(NacreError, match="of another run"):
+        with pytest.raises(NacreError, match="belongs to another run"):
             train(basis, RECIPE, checkpoint=state)
     whole, seen = state.read_bytes(), []
     resumed = train(

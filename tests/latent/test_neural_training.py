@@ -95,7 +95,7 @@ def test_a_checkpoint_of_another_training_or_a_damaged_one_is_refused(tmp_path, 
     state = tmp_path / "state"
     with pytest.raises(KeyboardInterrupt):
         NeuralBasis.train(MATERIALS, RECIPE, checkpoint=state, progress=stop_at(10))
-    with pytest.raises(NacreError, match="of another run"):
+    with pytest.raises(NacreError, match="belongs to another run"):
         NeuralBasis.train(MATERIALS[1:], RECIPE, checkpoint=state)
     for content in (state.read_bytes()[:-100], b"", b"nothing"):
         state.write_bytes(content)

@@ -132,7 +132,7 @@ def test_other_kinds_of_exr_are_refused(exr: Path, tmp_path: Path) -> None:
 
 def test_other_kinds_of_png_are_refused(tmp_path: Path) -> None:
     grey = png_bytes(np.zeros((EDGE, EDGE, 1), np.uint8))
-    refused_png(write(tmp_path / "x.png", grey), "not of three colors")
+    refused_png(write(tmp_path / "x.png", grey), "does not have three colors")
 
 
 def test_texts_in_a_png_image_are_not_unpacked(tmp_path: Path) -> None:

@@ -60,7 +60,7 @@ def test_optimizers_of_pytorch_come_back_as_they_were(tmp_path: Path):
 def test_states_of_other_work_and_damaged_ones_are_refused(tmp_path: Path):
     path = tmp_path / "x.state"
     Store(path, "one").save([1])
-    with pytest.raises(NacreError, match="of another run; remove it"):
+    with pytest.raises(NacreError, match="belongs to another run; remove it"):
         Store(path, "two").load()
     path.write_bytes(path.read_bytes()[:-3])
     with pytest.raises(NacreError, match="cannot be read, remove it to start over"):

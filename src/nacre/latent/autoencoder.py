@@ -57,8 +57,7 @@ class Autoencoder(WeightBasis, PredictingBasis):
     metadata: dict[str, Any] = field(default_factory=dict)
     examples: Weights | None = None
     """The encoder's codes of the training materials, with their channels in all orders, shape (m,
-    6, k), float32; None where they are not kept.
-    """
+    6, k), float32; None where they are not kept."""
     predictors: Mapping[str, LobePredictor] = field(default_factory=dict)
     epochs: int = EPOCHS  # of a fit
 

@@ -32,8 +32,7 @@ from nacre.runtime.progress import Progress, silent
 
 STEP = math.log(1.5)
 """Change of the logarithm of alpha, F0 or the diffuse albedo by an amount of 1: half the training
-materials change by more.
-"""
+materials change by more."""
 COLORING = 0.5
 """Change of colors by an amount of 1, as a fraction of the way there is."""
 

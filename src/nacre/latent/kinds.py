@@ -18,8 +18,7 @@ KINDS: Mapping[str, Sequence[str]] = {
 }
 """Parts of names that tell the kind of a material: that of the first kind with a part in its name,
 so acrylic felt is fabric and gold paint is paint. They cover the names in MERL, RGL and Nielsen et
-al. 2015, and so in the included basis; other names tell no kind.
-"""
+al. 2015, and so in the included basis; other names tell no kind."""
 
 
 def kinds(names: Sequence[str]) -> dict[str, list[int]]:

@@ -77,8 +77,7 @@ class NeuralBasis(PredictingBasis):
     hidden: Sequence[Layer]  # a ReLU follows each
     functions: Weights
     """The output layer, its biases last, shape (units + 1, 1 + g + p), float32: the function that
-    all materials share, those of the luma, those of the chroma.
-    """
+    all materials share, those of the luma, those of the chroma."""
     luma: int  # g
     examples: Weights  # codes of the training materials, shape (m, k), float32
     metadata: dict[str, Any] = field(default_factory=dict)

@@ -27,13 +27,11 @@ _SPREAD = 0.9, 30.0
 _STEPS = 20
 _LONGEST, _PART = 1.0, 0.7
 """Change of a value in one step, and the part of a step that is taken: far from where it was
-linearized, the logarithm may be another one.
-"""
+linearized, the logarithm may be another one."""
 _CLOSE = 1e-2  # change of the values below which a step is the last
 _TYPICAL, _FREEDOM = 0.3, 3.0
 """Deviation of the logarithm next to which noise counts; degrees of freedom of the Student
-distribution that tells outliers.
-"""
+distribution that tells outliers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,15 +41,13 @@ class Posterior:
     weights: Doubles  # of the m parts, which add up to 1
     means: Doubles
     """Means of the parts, shape (m, k); with further values, as the logarithm of the scale in
-    :data:`LOOSE`, (m, k + 1) or more.
-    """
+    :data:`LOOSE`, (m, k + 1) or more."""
     deviations: Doubles  # standard deviations of the parts along the axes, shaped as the means
     axes: Doubles  # columns are directions, orthonormal, shape (k, k) or (k + 1, k + 1)
     code_dim: int
     doubts: Doubles
     """Flatter weights of the parts, (m,), by which codes are drawn: the parts are not all that a
-    material can be like.
-    """
+    material can be like."""
 
     @property
     def mean(self) -> Doubles:

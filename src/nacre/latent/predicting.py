@@ -19,8 +19,7 @@ from nacre.numerics.mlp import Layer
 
 BY_LABELS = " by labels"
 """End of the name of a predictor that learned from lobes of fitted models; the rest is the family.
-A predictor that learned by variance is named after the family alone.
-"""
+A predictor that learned by variance is named after the family alone."""
 
 
 class PredictingBasis(LatentBasis):

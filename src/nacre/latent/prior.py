@@ -52,8 +52,7 @@ class Prior:
 
     orders: Doubles
     """Codes of the training materials with their channels in all orders, the material's own order
-    first, shape (m, orders, k). m may be 0.
-    """
+    first, shape (m, orders, k). m may be 0."""
     blobs: Blobs  # about each of them, in the same order
 
     def __post_init__(self) -> None:

@@ -23,8 +23,7 @@ class PcaRecipe:
     resolution: Resolution = RESOLUTION  # a fifth of the memory of the MERL database's own grid
     separate: bool = False
     """Take each channel as a material of its own, as Nielsen et al. do: a component then has three
-    values, for red, green and blue.
-    """
+    values, for red, green and blue."""
 
     def __post_init__(self) -> None:
         check_positive(self, "code_dim")
