@@ -103,7 +103,7 @@ def test_terms_are_asked_for_at_a_terminal(server, tmp_path, answer, code):
         (("merl", "--all", "chrome"), "expected either names or --all"),
         (("merl", "crome"), "did you mean chrome"),
         (("merl", "../chrome"), "has no material '../chrome'"),
-        (("utia", "m001"), "no address of its files is known"),
+        (("utia", "m001"), "the address of its files is not known"),
         (("merl", "chrome", "--mirror", "nowhere"), "expected an address like"),
         (("rgl", "cm_white", "--accept-terms", "--mirror", "http://127.0.0.1:9"), "cannot reach"),
     ],

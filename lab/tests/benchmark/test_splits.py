@@ -52,7 +52,7 @@ def test_measured_files_must_be_there_and_the_right_ones(tmp_path: Path) -> None
     with pytest.raises(NacreError, match=r"has no paper_white_rgb\.bsdf; 'nacre download"):
         split.path("paper_white", tmp_path)
     (tmp_path / "paper_white_rgb.bsdf").write_bytes(b"another one")
-    with pytest.raises(NacreError, match="is not the file that the benchmark is of"):
+    with pytest.raises(NacreError, match="is not the file that the benchmark uses"):
         split.path("paper_white", tmp_path)
     real = require_data("rgl", "paper_white_rgb.bsdf")
     assert split.path("paper_white", real.parent) == real

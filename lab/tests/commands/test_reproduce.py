@@ -135,7 +135,7 @@ def test_reproduce_lists_methods(here, capsys):
         (["fig6", "none.bsdf"], "none.bsdf: cannot be read"),
         (["fig6", "a.safetensors", "--methods", "ggx,magic"], "'magic' is not a method"),
         (["fig6", "a.safetensors", "--methods", "truth"], "'truth' is not a method"),
-        (["fig6", "a.safetensors", "--published", "none"], "none: is no folder"),
+        (["fig6", "a.safetensors", "--published", "none"], "none: is not a folder"),
         (["fig6", "a.safetensors", "--environment", "none.exr"], "none.exr"),
         (["fig9", "a.safetensors"], "a.safetensors: is isotropic"),
         (["fig13", "a.safetensors", "--methods", "cosine,ggx-675"], "'ggx-675' is not a method"),

@@ -101,7 +101,7 @@ def test_codes_are_of_the_basis_given(tmp_path):
 
 def test_methods_refuse_materials_that_they_cannot_hold():
     known = methods(SETTINGS)
-    with pytest.raises(NacreError, match="48 KB hold no table"):
+    with pytest.raises(NacreError, match="does not fit into 48 KB"):
         known["rgl-48k"].fit(Brushed())
     with pytest.raises(NacreError, match="on isotropic ones it is ggx"):
         known["ggx-anisotropic"].fit(Glossy(0.3, 0.05, 0.3))

@@ -55,7 +55,7 @@ def test_materials_are_known_by_their_names_whatever_the_file(files):
 def test_two_files_of_one_material_are_refused(files):
     copies = named([files[0], files[1]], ["other.json", "M0_rgb.json"])
     for copy in copies:
-        with pytest.raises(NacreError, match="hold one material"):
+        with pytest.raises(NacreError, match="hold the same material"):
             separate([*files, copy], ())
     assert separate(files, ()) == (files, [])
     assert separate(files, ["m2"]) == ([files[2]], [p for p in files if p != files[2]])

@@ -106,7 +106,7 @@ def test_decoders_of_other_sizes_are_trained_and_timed(study, tmp_path):
     assert [int(r["products"]) for r in rows] == [8 * 24 + 24 * 3, 8 * 106 + 3 * 106**2 + 106 * 3]
     assert all(float(r["seconds a value"]) > 0 for r in rows)
     assert made(study, "btf-decoder", tmp_path)[0] == rows
-    with pytest.raises(NacreError, match="pca-4: is no network"):
+    with pytest.raises(NacreError, match="pca-4: is not a network"):
         EXPERIMENTS["btf-decoder"].outcome("btf-decoder", study, [find("pca-4")])
 
 
@@ -154,7 +154,7 @@ def test_fig5_sees_height_fields(small, tmp_path):
     smooth = picture()
     small.height_fields = tmp_path
     assert EXPERIMENTS["btf-fig5"].heeds >= {"height_fields", "size"}
-    with pytest.raises(NacreError, match="is absent; nacre btf capture --height-map"):
+    with pytest.raises(NacreError, match="does not exist; nacre btf capture --height-map"):
         made(small, "btf-fig5", tmp_path)
     flat, bumpy = np.zeros((8, 8)), np.random.default_rng(1).uniform(0.0, 0.3, (8, 8))
     heights = tmp_path / "felt12.exr"
@@ -174,7 +174,7 @@ def test_fig6_is_lit_by_a_point_and_leaves_out_what_cannot_be_rendered(small, tm
     lit = [small.rendering(silk, None, View(light=light, size=24)) for light in lights]
     assert np.abs(lit[0].picture - lit[1].picture).max() > 0.01
     small.others = ()
-    with pytest.raises(NacreError, match="give --other FOLDER"):
+    with pytest.raises(NacreError, match="add --other FOLDER"):
         made(small, "btf-fig6", tmp_path)
 
 

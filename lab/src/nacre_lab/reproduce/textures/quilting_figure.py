@@ -78,7 +78,7 @@ def quilted(
         If the codec is for other directions, or decodes only its own.
     """
     if not codec.any_directions:
-        raise NacreError("its codec knows only its own directions")
+        raise NacreError("its codec knows its own directions only")
     latent = encoded(texture, codec, progress)
     began = time.monotonic()
     made = synthesize(
