@@ -75,6 +75,9 @@ class Function:
     ) -> Function:
         """The function that a formula computes.
 
+        Raises TypeError, AttributeError, ValueError if it is not made of the functions of
+        :class:`nacre.array.Namespace` alone.
+
         Parameters
         ----------
         formula
@@ -82,11 +85,6 @@ class Function:
         expanded
             What exponentials, logarithms and circular functions are made of; see
             :class:`nacre.compile.trace.Trace`.
-
-        Raises
-        ------
-        TypeError, AttributeError, ValueError
-            If it is not made of the functions of :class:`nacre.array.Namespace` alone.
         """
         trace, count = Trace(expanded=expanded), itertools.count()
         given = (tuple(trace.input(next(count)) for _ in range(n)) for n in parameters.values())

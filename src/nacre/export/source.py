@@ -89,15 +89,12 @@ class Language:
     def template(self, kind: str, name: str) -> str:
         """Text of an operation with places for its values.
 
+        Raises NacreError if the language has no such operation.
+
         Parameters
         ----------
         kind, name
             Of the operation; see :mod:`nacre.compile.trace`.
-
-        Raises
-        ------
-        NacreError
-            If the language has no such operation.
         """
         key = f"{kind} {name}" if kind == INDEX else name
         if key not in self.operations:
@@ -340,10 +337,7 @@ class SourceTarget(Target):
     def written(self, brdf: Brdf, name: str) -> dict[str, str]:
         """Each function as text, by the names of :func:`nacre.export.program`.
 
-        Raises
-        ------
-        NacreError
-            If the language cannot hold the material; the message says what can.
+        Raises NacreError if the language cannot hold the material; the message says what can.
         """
         functions = program(brdf, expanded=self.language.expanded)
         try:

@@ -33,35 +33,27 @@ class Target(abc.ABC):
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
         """The content of the files that the material becomes, by name.
 
+        Raises NacreError if the target cannot hold the material; the message says why, and what
+        can.
+
         Parameters
         ----------
         name
             Identifier of the material (see :func:`nacre.export.identifier`), which names of files
             and of what they define begin with.
-
-        Raises
-        ------
-        NacreError
-            If the target cannot hold the material; the message says why, and what can.
         """
 
     def held(self, brdf: Brdf, progress: Progress | None = None) -> Brdf:
         """A reflectance as the target holds it.
 
-        Raises
-        ------
-        NacreError
-            If it cannot be fitted by the model of the target.
+        Raises NacreError if it cannot be fitted by the model of the target.
         """
         return self.of_model(brdf, progress) if self.model else brdf
 
     def of_model(self, material: Brdf | Btf, progress: Progress | None = None) -> AnalyticBrdf:
         """A material that has to be a reflectance in RGB, fitted where it is not of :attr:`model`.
 
-        Raises
-        ------
-        NacreError
-            If it is another, or cannot be fitted.
+        Raises NacreError if it is another, or cannot be fitted.
         """
         return fitted(self.reflectance(material), MODELS.find(self.model), progress)
 

@@ -34,10 +34,8 @@ def coded(
 ) -> list[CodedBrdf]:
     """The materials of the codes in `.json` files, or of the codes of the materials in others.
 
-    Raises
-    ------
-    FormatError
-        If a file cannot be read, holds a code of another basis, or an anisotropic material.
+    Raises FormatError if a file cannot be read, holds a code of another basis, or an anisotropic
+    material.
     """
     found = []
     for path in files:
@@ -99,10 +97,7 @@ def draw_map(
 
     There are :data:`nacre.latent.map.MIN_CODES` or more; the same seed gives the same map.
 
-    Raises
-    ------
-    NacreError
-        If there are too few materials.
+    Raises NacreError if there are too few materials.
     """
     places = embed([material.code for material in materials], seed)
     light = standard_lights()["environment"]

@@ -56,6 +56,8 @@ def enlarged(pixels: Any, size: int) -> Any:
 class Page:
     """A Matplotlib figure on which things are placed in inches from the upper left.
 
+    Raises MissingExtraError if Matplotlib is not installed.
+
     Parameters
     ----------
     width, height
@@ -64,11 +66,6 @@ class Page:
         Color of the background.
     dpi
         Pixels of an inch.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
     """
 
     def __init__(self, width: float, height: float, paper: str = PAPER, dpi: float = DPI) -> None:

@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.color import luminance
 from nacre.errors import FormatError, NacreError, require
-from nacre.figures.chart import COLORS
 from nacre.figures.lobes import Lobe, lobe
 from nacre.figures.page import DPI, FAINT, INK, RULE, Page
 from nacre.geometry import from_spherical, join
@@ -23,7 +22,8 @@ from nacre.io.files import PathLike, atomic_path
 from nacre.latent.estimates import plausible
 from nacre.latent.intervals import reflectance_interval
 
-Floats = npt.NDArray[np.floating]
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+"""The palette of Okabe and Ito, for all kinds of color vision."""
 
 PLOTS = (".png", ".svg", ".pdf")
 """Endings of the files that :func:`write_plot` writes."""
@@ -155,10 +155,7 @@ def lobe_figure(
 def check_plot_path(path: PathLike) -> Path:
     """The path, if a plot can have its ending and Matplotlib is there; to be called before work.
 
-    Raises
-    ------
-    FormatError
-        If its ending is none of :data:`PLOTS`.
+    Raises FormatError if its ending is none of :data:`PLOTS`.
     """
     path = Path(path)
     if path.suffix.lower() not in PLOTS:

@@ -93,6 +93,8 @@ def slider_page(
 ) -> bytes:
     """A page, in UTF-8, that needs no other file and no network.
 
+    Raises MissingExtraError if Mitsuba or Pillow is not installed.
+
     Parameters
     ----------
     name
@@ -107,11 +109,6 @@ def slider_page(
         Of previews: edge in pixels, and samples per pixel, of which None is the default.
     progress
         Called as pictures are rendered.
-
-    Raises
-    ------
-    MissingExtraError
-        If Mitsuba or Pillow is not installed.
     """
     cards = []
     for index, (edit, row) in enumerate(zip(edits, rows, strict=True)):

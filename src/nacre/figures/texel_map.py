@@ -96,10 +96,7 @@ def texel_map_figure(chart: EmbeddingMap, *, new: int = 0, own_colors: bool = Fa
 def write_table(chart: EmbeddingMap, path: PathLike) -> None:
     """Write texels with their textures, places and colors as comma-separated values.
 
-    Raises
-    ------
-    FormatError
-        If the file cannot be written.
+    Raises FormatError if the file cannot be written.
     """
     rows: list[list[object]] = [
         ["texture", "family", "column", "row", "x", "y", "red", "green", "blue"]

@@ -33,10 +33,7 @@ def texture_sheet(truth: Btf, other: Btf, names: tuple[str, str] = ("truth", "ot
     that the brightest texels of the reference but one in a hundred are white; differences are
     relative to the same white.
 
-    Raises
-    ------
-    NacreError
-        If they do not fit.
+    Raises NacreError if they do not fit.
     """
     other = matched(truth, other)
     wanted = [nearest_pair(truth, from_degrees(*wi), from_degrees(*wo)) for wi, wo in SHOWN]

@@ -70,10 +70,8 @@ class MitsubaBrdf(LobeSampledBrdf):
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`; NumPy arrays only.
 
-        Raises
-        ------
-        NacreError
-            If Mitsuba cannot evaluate the BSDF there, or gives values that are not finite.
+        Raises NacreError if Mitsuba cannot evaluate the BSDF there, or gives values that are not
+        finite.
         """
         mi = self._mi
         view = mi.Vector3f(np.ascontiguousarray(join(wo).T, np.float32))

@@ -158,12 +158,8 @@ def sphere_setting(environment: PathLike) -> Setting:
 def read_photographs(paths: Sequence[PathLike]) -> list[Image]:
     """Photographs, linear RGB, shape (height, width, 3), float32.
 
-    Raises
-    ------
-    NacreError
-        If there are more than :data:`MAX_PHOTOGRAPHS`, or none.
-    FormatError
-        If one is no OpenEXR picture of R, G and B, or cannot be read.
+    Raises NacreError if there are more than :data:`MAX_PHOTOGRAPHS`, or none; FormatError if one is
+    no OpenEXR picture of R, G and B, or cannot be read.
     """
     _check_count(len(paths))
     return [_read_photograph(path) for path in paths]
@@ -203,6 +199,9 @@ def estimate_from_photographs(
     lobes that suit any material, then about those of the estimate, with it in the scene, until the
     estimate stays.
 
+    Raises NacreError if the pictures do not go with the scene, show nothing of the material, the
+    basis is no neural one, or the state is of another call.
+
     Parameters
     ----------
     pictures
@@ -224,12 +223,6 @@ def estimate_from_photographs(
         File in which rounds are kept, from which the same call goes on; the caller removes it.
     progress
         Called with the rounds done.
-
-    Raises
-    ------
-    NacreError
-        If the pictures do not go with the scene, show nothing of the material, the basis is no
-        neural one, or the state is of another call.
     """
     _check_count(len(pictures))
     called = called or [f"photograph {index + 1}" for index in range(len(pictures))]

@@ -89,6 +89,8 @@ def record(
 ) -> Recording:
     """Record a picture.
 
+    Raises NacreError if no pixel shows the front of the material alone, or no light reaches it.
+
     Parameters
     ----------
     scene
@@ -106,11 +108,6 @@ def record(
         Rays of a pixel, each with light from the emitters and about the lobes.
     seed
         Of the rays.
-
-    Raises
-    ------
-    NacreError
-        If no pixel shows the front of the material alone, or no light reaches it.
     """
     dr = require("drjit", "render")
     edge = block(size)

@@ -40,6 +40,8 @@ def refine(
     Its pixels are drawn to those of the photographs. Where these do not tell, f_r is held to what
     is plausible: the more, the more alike the plausible materials are there.
 
+    Raises MissingExtraError if PyTorch is not installed.
+
     Parameters
     ----------
     network
@@ -50,11 +52,6 @@ def refine(
         By which the material is known.
     factors
         Of the cameras, shape (photographs, 3).
-
-    Raises
-    ------
-    MissingExtraError
-        If PyTorch is not installed.
     """
     torch: Any = require("torch", "torch")
     from nacre.neural.torch import module

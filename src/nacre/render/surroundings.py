@@ -1,7 +1,7 @@
-"""Environments that the package includes beside the studio, each made from formulas at run time.
+"""The package's other environments, each computed from formulas at run time.
 
-Maps are 512 x 256 and exposed. A camera's white balance would leave an evening warm: colors are
-balanced by half where light has a color that people expect, and wholly where it has none.
+Maps are 512 x 256 and exposed. A camera's full white balance would take the warmth from an evening:
+colors are balanced halfway where people expect colored light, and fully elsewhere.
 """
 
 from __future__ import annotations
@@ -13,21 +13,16 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import numpy.typing as npt
 
-from nacre.render.environment import Environment, pixel_directions, sphere_mean
-from nacre.render.studio import HEIGHT, WIDTH, Floats, mix, smoothstep, studio
-
-
-def _finished(name: str, pixels: Floats, balance: float) -> Environment:
-    """Exposed; a `balance` of 1 makes a white Lambertian sphere seen from +z white on average."""
-    mean = sphere_mean(pixels)
-    balanced = pixels * (mean.mean() / mean) ** balance
-    return Environment(balanced.astype(np.float32), name).exposed()
+from nacre.array import Floats
+from nacre.render.environment import Environment, balanced, pixel_directions
+from nacre.render.studio import HEIGHT, WIDTH, mix, smoothstep, studio
 
 
 def _waves(x: Floats, y: Floats, octaves: int, turn: float) -> Floats:
     """A sum of waves in all directions over a plane, about -1 to 1: clouds without a table.
 
-    Each octave bends the places of the next (domain warping), else rows of waves would show.
+    Each octave bends the coordinates of the next (domain warping); otherwise rows of waves would
+    show.
     """
     total, size = np.zeros(x.shape), 1.0
     for k in range(octaves):
@@ -50,7 +45,7 @@ def _hills(directions: Floats, low: float, high: float) -> Floats:
 
 
 def _overhead(directions: Floats) -> tuple[Floats, Floats]:
-    """Where directions above the horizon meet a layer of clouds; it curves down far away."""
+    """Where directions above the horizon meet a layer of clouds, which curves down far away."""
     height = np.maximum(directions[..., 1], 0.0) + 0.12
     return directions[..., 0] / height, directions[..., 2] / height
 
@@ -59,8 +54,8 @@ def _overhead(directions: Floats) -> tuple[Floats, Floats]:
 def overcast() -> Environment:
     """A field under a closed layer of clouds: soft light from above, no shadows, neutral.
 
-    The sky is the CIE's standard overcast one (ISO 15469:2004, type 1): three times as bright at
-    the zenith as at the horizon, with clouds of little contrast; the ground reflects a fifth.
+    The sky is the CIE standard overcast sky (ISO 15469:2004, type 1), three times as bright at the
+    zenith as at the horizon, with faint clouds; the ground reflects a fifth of its light.
     """
     directions, _ = pixel_directions(HEIGHT, WIDTH)
     height = directions[..., 1:2]
@@ -73,7 +68,7 @@ def overcast() -> Environment:
     pixels = mix(ground, sky, smoothstep(-0.012, 0.012, height))
     trees = 0.055 * np.array([0.85, 1.0, 0.8])
     pixels = mix(pixels, trees, _hills(directions, 0.01, 0.12) * (height > -0.012))
-    return _finished("overcast", pixels, 1.0)
+    return balanced("overcast", pixels)
 
 
 _LATE_SUN = (-0.72, 0.16, 0.55)
@@ -82,10 +77,11 @@ _LATE_RADIUS = math.radians(2.2)
 
 @functools.cache
 def late_sun() -> Environment:
-    """Open country with the sun low at the viewer's left: warm light, a sky that turns blue.
+    """Open country with the sun low on the viewer's left: warm light, a sky that turns blue.
 
-    The sun, 10 degrees high, has a radius of 2.2 degrees, a soft edge, and half as much light as
-    the sky. The sky is orange near it, pink opposite, blue overhead, with bands of cloud low down.
+    The sun stands 10 degrees high, with a soft edge at a radius of 2.2 degrees, and gives half as
+    much light as the sky. The sky is orange near it, pink opposite and blue overhead, with low
+    bands of cloud.
     """
     directions, _ = pixel_directions(HEIGHT, WIDTH)
     height = directions[..., 1:2]
@@ -111,11 +107,11 @@ def late_sun() -> Environment:
     pixels = mix(ground, sky, smoothstep(-0.012, 0.012, height))
     hills = _hills(directions, 0.005, 0.06) * (height > -0.012)
     pixels = mix(pixels, mix((0.05, 0.05, 0.08), (0.16, 0.09, 0.05), near**2), hills)
-    return _finished("late sun", pixels, 0.5)
+    return balanced("late sun", pixels, 0.5)
 
 
 _ROOM = np.array([-2.2, -1.1, -3.0]), np.array([2.6, 1.6, 3.2])
-"""Corners of the room, in meters from its materials, which stand on a table."""
+"""Corners of the room, in meters from the materials, which stand on a table."""
 _WINDOW = (-0.45, 1.15), (-0.9, 1.5)
 """Heights and depths between which the left wall is open."""
 _FRAME = 0.035
@@ -129,14 +125,14 @@ _WALLS = ((0.62, 0.58, 0.52), (0.50, 0.56, 0.60), (0.60, 0.57, 0.52))
 _FLOOR, _CEILING = (0.30, 0.19, 0.11), (0.78, 0.77, 0.74)
 _DAY = np.array([8.5, 9.6, 11.0])
 _BOUNCED = 0.11
-"""Of the light on walls that comes from other walls, as a radiance on white."""
+"""Light on the walls from other walls, as a radiance on white."""
 
 
 @functools.cache
 def room() -> Environment:
-    """A living room: daylight through a window at the left, two warm lamps, a wooden floor.
+    """A living room: daylight through a window on the left, two warm lamps, a wooden floor.
 
-    Walls are lit by the window and the lamps (Lambert's law, without shadows); light between walls
+    The window and the lamps light the walls (Lambert's law, without shadows); light between walls
     is a constant.
     """
     directions, _ = pixel_directions(HEIGHT, WIDTH)
@@ -173,11 +169,11 @@ def room() -> Environment:
         seen = math.asin(radius / away)
         globe = 1.0 - smoothstep(0.85 * seen, 1.15 * seen, angle)
         pixels = mix(pixels, radiance, globe[..., None])
-    return _finished("room", pixels, 0.5)
+    return balanced("room", pixels, 0.5)
 
 
 def _lit(points: Floats, normals: Floats) -> Floats:
-    """Irradiance of window and lamps over pi, at points with normals, shapes (h, w, 3)."""
+    """Irradiance / pi from window and lamps at points with normals, shapes (h, w, 3)."""
     (bottom, top), (near, far) = _WINDOW
     rows, columns = 3, 4
     area = (top - bottom) * (far - near) / (rows * columns)

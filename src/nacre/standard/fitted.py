@@ -49,10 +49,7 @@ def write_fitted(
 ) -> None:
     """Write a reflectance to a file of one model, as :func:`fitted` gives it.
 
-    Raises
-    ------
-    FormatError
-        If the path is bad, or the model cannot be fitted.
+    Raises FormatError if the path is bad, or the model cannot be fitted.
     """
     try:
         material = fitted(brdf, model, progress)

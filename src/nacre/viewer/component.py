@@ -25,15 +25,12 @@ def component(environments: Sequence[Environment] | None = None) -> bytes:
     used. Its attributes are `src`, `shape`, `light` (the name of an environment, or "lamp"),
     `exposure` in stops, and `alt`.
 
+    Raises ValueError if there is no environment.
+
     Parameters
     ----------
     environments
         At least one; the package's own where None.
-
-    Raises
-    ------
-    ValueError
-        If there is no environment.
     """
     if environments is None:
         environments = [made() for made in ENVIRONMENTS.values()]

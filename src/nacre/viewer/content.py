@@ -104,10 +104,7 @@ class Content:
     def add(self, entry: Entry) -> None:
         """One more material.
 
-        Raises
-        ------
-        NacreError
-            If a form of it is no formula; the message says what makes one of it.
+        Raises NacreError if a form of it is no formula; the message says what makes one of it.
         """
         index = len(self.facts["materials"])
         forms = []
@@ -132,6 +129,8 @@ class Content:
     ) -> None:
         """One more texture, which is encoded.
 
+        Raises NacreError if no page holds it; the message says why.
+
         Parameters
         ----------
         texture
@@ -142,11 +141,6 @@ class Content:
             More to say of it.
         progress
             Called with the numbers done.
-
-        Raises
-        ------
-        NacreError
-            If no page holds it; the message says why.
         """
         held = self.facts.setdefault("textures", [])
         if GLSL not in self.facts:
@@ -243,10 +237,7 @@ def _said(value: object) -> str:
 def thumbnail(brdf: Brdf, light: Light, size: int = _THUMBNAIL) -> bytes:
     """A JPEG of a sphere, of `size` pixels along an edge.
 
-    Raises
-    ------
-    MissingExtraError
-        If Pillow is not installed.
+    Raises MissingExtraError if Pillow is not installed.
     """
     image, mask = render_sphere(brdf, light, size)
     return _jpeg(np.where(mask[..., None], tone_map(image), _GROUND), size)

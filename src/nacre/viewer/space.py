@@ -36,6 +36,8 @@ def add_space(
     t-SNE of these. The first form of an entry is encoded. Materials without a code, as anisotropic
     ones, are left out. About 0.6 MB.
 
+    Raises MissingExtraError if openTSNE is not installed.
+
     Parameters
     ----------
     content
@@ -52,11 +54,6 @@ def add_space(
     int
         How many materials are on the map: 0 if fewer than :data:`nacre.latent.map.MIN_CODES` have a
         code, and then the page gets no map.
-
-    Raises
-    ------
-    MissingExtraError
-        If openTSNE is not installed.
     """
     basis = pretrained_hypernetwork()
     on_map, codes = [], []

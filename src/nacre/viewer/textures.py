@@ -96,11 +96,8 @@ class PageTexture:
     def of(cls, texture: Btf, progress: Progress = silent) -> PageTexture:
         """What a page holds of an encoded texture.
 
-        Raises
-        ------
-        NacreError
-            If it is not encoded, its codec knows its own directions only, or it is larger than
-            :data:`LARGEST`.
+        Raises NacreError if it is not encoded, its codec knows its own directions only, or it is
+        larger than :data:`LARGEST`.
         """
         latent = encoded(texture)
         height, width = latent.codes.shape[:2]

@@ -59,10 +59,7 @@ def module() -> str:
 def content_of(brdf: Brdf) -> bytes:
     """What the module shows: a reflectance and the package's environments, gzipped.
 
-    Raises
-    ------
-    NacreError
-        As :meth:`nacre.viewer.content.Content.add` does.
+    Raises NacreError as :meth:`nacre.viewer.content.Content.add` does.
     """
     content = Content([made() for made in ENVIRONMENTS.values()], thumbnails=False)
     content.add(Entry(brdf.name, {type(brdf).__name__: brdf}))

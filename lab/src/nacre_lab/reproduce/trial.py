@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Image
 from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.metrics.metrics import angular_errors, image_errors, similarity_map
 from nacre.render.environment import Environment
 from nacre.render.lights import DIRECTIONS, Light
-from nacre.render.sphere import SIZE, Image, Mask, render_sphere, standard_lights
+from nacre.render.sphere import SIZE, Mask, render_sphere, standard_lights
 
 Figures = Mapping[str, float]
 """Values by name, such as "environment SSIM"; :data:`FIGURES` has the names."""

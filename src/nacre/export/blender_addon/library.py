@@ -24,14 +24,11 @@ def write_library(folder: Path) -> Iterator[str]:
     Replaces what the session holds, and a library that is there. Catalogs are added to those
     that the folder has.
 
+    Raises MaterialError if there is no material, or the folder cannot be written.
+
     Yields
     ------
     A line for each file that is done or skipped
-
-    Raises
-    ------
-    MaterialError
-        If there is no material, or the folder cannot be written.
     """
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene, ball = studio()

@@ -67,11 +67,8 @@ class TextureAtlas:
     ) -> TextureAtlas:
         """The atlas of an encoded texture, with a grid of directions of some resolution.
 
-        Raises
-        ------
-        NacreError
-            If it is not encoded, its codec knows its own directions only, it is larger than
-            :data:`LARGEST`, or half floats cannot hold it.
+        Raises NacreError if it is not encoded, its codec knows its own directions only, it is
+        larger than :data:`LARGEST`, or half floats cannot hold it.
         """
         latent = encoded(material)
         height, width = latent.codes.shape[:2]
@@ -130,10 +127,7 @@ class TextureAtlas:
 def encoded(material: Brdf | Btf | LatentMap) -> LatentMap:
     """The codes of a texture that decodes at any directions.
 
-    Raises
-    ------
-    NacreError
-        If the material is no such texture.
+    Raises NacreError if the material is no such texture.
     """
     name = material.name or "this material"
     latent = material if isinstance(material, LatentMap) else getattr(material, "latent", None)

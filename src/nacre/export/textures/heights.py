@@ -31,10 +31,7 @@ class HeightField:
     def read(cls, path: PathLike, depth: float | None = None) -> HeightField:
         """A gray image as a height field, of the depth that its format stands for where None.
 
-        Raises
-        ------
-        FormatError
-            If it cannot be read.
+        Raises FormatError if it cannot be read.
         """
         return cls(read_heights(path), full_depth(path) if depth is None else depth)
 

@@ -19,10 +19,7 @@ _FACT_KEYS = "name", "metadata"
 def facts_of(brdf: AnalyticBrdf) -> str:
     """Name and metadata of a material as JSON, for tools that keep what they do not know.
 
-    Raises
-    ------
-    FormatError
-        If the metadata cannot be written.
+    Raises FormatError if the metadata cannot be written.
     """
     facts = {"name": brdf.name, "metadata": brdf.metadata}
     try:
@@ -35,10 +32,7 @@ def facts_of(brdf: AnalyticBrdf) -> str:
 def parsed_facts(text: str | None) -> tuple[str, dict[str, Any]]:
     """Name and metadata that :func:`facts_of` wrote; none where a file has no text.
 
-    Raises
-    ------
-    FormatError
-        If it wrote no such text.
+    Raises FormatError if it wrote no such text.
     """
     if text is None:
         return "", {}

@@ -37,10 +37,7 @@ def encode(brdf: Gltf, mesh: Mesh | None = None) -> bytes:
     The metadata, with the fit's errors and the source, lie in the material's `extras`, the terms of
     the source in `asset.copyright`.
 
-    Raises
-    ------
-    FormatError
-        If the metadata cannot be written as JSON.
+    Raises FormatError if the metadata cannot be written as JSON.
     """
     shape = mesh or sphere()
     attributes: dict[str, tuple[Any, str]] = {
@@ -113,10 +110,7 @@ def container(content: Mapping[str, Any], binary: bytes) -> bytes:
 def save(brdf: Brdf, path: Path, progress: Progress | None = None) -> None:
     """Write a sphere in a material: as it is where it is glTF's, else glTF's fitted to it.
 
-    Raises
-    ------
-    FormatError
-        If the path is bad, or the model cannot be fitted.
+    Raises FormatError if the path is bad, or the model cannot be fitted.
     """
     write_fitted(brdf, Gltf, path, encode, progress)
 
@@ -124,18 +118,15 @@ def save(brdf: Brdf, path: Path, progress: Progress | None = None) -> None:
 def load(path: Path, material: str | None = None) -> Gltf:
     """Read a material of a `.glb` or `.gltf`, from any tool.
 
+    Raises FormatError if the file is absent or damaged, has no such material, or one that the model
+    cannot hold: with textures, transparency, emission, or extensions that the model has not.
+
     Parameters
     ----------
     path
         The file; textures, meshes and buffers that it refers to are not looked at.
     material
         Name of a material; None for the first.
-
-    Raises
-    ------
-    FormatError
-        If the file is absent or damaged, has no such material, or one that the model cannot hold:
-        with textures, transparency, emission, or extensions that the model has not.
     """
     text = _text(path)
     try:

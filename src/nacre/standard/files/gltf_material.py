@@ -72,11 +72,8 @@ def to_json(brdf: Gltf) -> dict[str, Any]:
 def from_json(material: Any, name: str, metadata: Mapping[str, Any]) -> Gltf:
     """The model of a material in JSON, which may come from any tool.
 
-    Raises
-    ------
-    FormatError
-        Naming what is damaged, or what the model does not have: a texture, transparency, emission,
-        an extension.
+    Raises FormatError naming what is damaged, or what the model does not have: a texture,
+    transparency, emission, an extension.
     """
     material = _object(material, "the material")
     extensions = _object(material.get("extensions", {}), "extensions")

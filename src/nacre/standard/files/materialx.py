@@ -44,10 +44,7 @@ _AXES = {"in": "tangent", "axis": "normal"}
 def encode(brdf: OpenPbr) -> bytes:
     """A document of a material; every number comes back as it was.
 
-    Raises
-    ------
-    FormatError
-        If its metadata cannot be written.
+    Raises FormatError if its metadata cannot be written.
     """
     name = node_name(brdf.name)
     root = Element("materialx", version="1.39", colorspace="lin_rec709")
@@ -88,10 +85,7 @@ def _connect(node: Element, name: str, kind: str, other: str) -> None:
 def save(brdf: Brdf, path: Path, progress: Progress | None = None) -> None:
     """Write a material, fitted on pictures if it is of another model.
 
-    Raises
-    ------
-    FormatError
-        If the path is bad, or the model cannot be fitted.
+    Raises FormatError if the path is bad, or the model cannot be fitted.
     """
     write_fitted(brdf, OpenPbr, path, encode, progress)
 
@@ -99,11 +93,8 @@ def save(brdf: Brdf, path: Path, progress: Progress | None = None) -> None:
 def load(path: Path) -> OpenPbr:
     """Read the one OpenPBR surface of a document.
 
-    Raises
-    ------
-    FormatError
-        Naming the node and the input, and what to do, where there is another or no surface, or an
-        input that is no constant, in a color space that is not known, or out of bounds.
+    Raises FormatError naming the node and the input, and what to do, where there is another or no
+    surface, or an input that is no constant, in a color space that is not known, or out of bounds.
     """
     root = read_xml(path, _LIMIT)
     if root.tag != "materialx":

@@ -80,6 +80,9 @@ _ANISOTROPY = "specular_roughness_anisotropy", "coat_roughness_anisotropy"
 def read(inputs: Mapping[str, Input], angle: float | None, facts: str | None) -> OpenPbr:
     """The material that inputs describe.
 
+    Raises FormatError if a value is out of bounds, light goes through the material, comes from it,
+    or passes it by, or the facts are damaged.
+
     Parameters
     ----------
     inputs
@@ -88,12 +91,6 @@ def read(inputs: Mapping[str, Input], angle: float | None, facts: str | None) ->
         Of the tangent, in radians; None where a file does not turn it.
     facts
         What :func:`facts_of` wrote; None in files of others.
-
-    Raises
-    ------
-    FormatError
-        If a value is out of bounds, light goes through the material, comes from it, or passes it
-        by, or the facts are damaged.
     """
     name, metadata = parsed_facts(facts)
     for each, expected in _ABSENT.items():

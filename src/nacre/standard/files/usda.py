@@ -81,10 +81,7 @@ def Xform "{name}" (
 def encode(brdf: OpenPbr) -> bytes:
     """A layer of a material; every number comes back as it was.
 
-    Raises
-    ------
-    FormatError
-        If its metadata cannot be written.
+    Raises FormatError if its metadata cannot be written.
     """
     name = node_name(brdf.name)
     own = f"/{name}/materials/{name}"
@@ -157,10 +154,7 @@ def preview(brdf: OpenPbr) -> Mapping[str, Input]:
 def save(brdf: Brdf, path: FilePath, progress: Progress | None = None) -> None:
     """Write a material, fitted on pictures if it is of another model.
 
-    Raises
-    ------
-    FormatError
-        If the path is bad, or the model cannot be fitted.
+    Raises FormatError if the path is bad, or the model cannot be fitted.
     """
     write_fitted(brdf, OpenPbr, path, encode, progress)
 
@@ -168,11 +162,8 @@ def save(brdf: Brdf, path: FilePath, progress: Progress | None = None) -> None:
 def load(path: FilePath) -> OpenPbr:
     """Read the one OpenPBR surface of a layer.
 
-    Raises
-    ------
-    FormatError
-        Naming the prim and the input, and what to do, where there is another or no surface, or an
-        input that is no constant, in a color space that is not known, or out of bounds.
+    Raises FormatError naming the prim and the input, and what to do, where there is another or no
+    surface, or an input that is no constant, in a color space that is not known, or out of bounds.
     """
     data = read_bytes(path, _LIMIT)
     if data.startswith(b"PXR-USDC"):

@@ -76,10 +76,7 @@ def parse(text: str) -> Prim:
 
     Values are numbers, texts, :class:`Path`, tuples (of arrays, too) and dicts.
 
-    Raises
-    ------
-    FormatError
-        Naming the line, where something is not of a layer or not read.
+    Raises FormatError naming the line, where something is not of a layer or not read.
     """
     return _Parser(text).layer()
 
