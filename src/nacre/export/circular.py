@@ -1,7 +1,7 @@
-"""Sine and cosine in sums and products, for languages whose own are coarse.
+"""Sine and cosine from sums and products, for languages whose own are inaccurate.
 
-Vulkan, WGSL and Metal let theirs be off by 2^-11; so then is the length of a direction that is made
-of them. SwiftShader's are.
+Vulkan, WGSL and Metal allow errors of 2^-11, which then appear in the length of directions made
+from them. SwiftShader makes use of that.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def _cos(x: Traced) -> Traced:
 
 
 def _half_turn(x: Traced) -> tuple[Traced, Traced]:
-    """What an angle is in a half turn about 0, and the sign of its sine and cosine there."""
+    """An angle reduced to a half turn around 0, and the sign of its sine and cosine there."""
     floor = namespace(x).floor
     n = floor(x * (1.0 / math.pi) + 0.5)
     return x - n * _PI[0] - n * _PI[1], 1.0 + 4.0 * floor(0.5 * n) - 2.0 * n

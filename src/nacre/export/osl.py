@@ -1,4 +1,4 @@
-"""Open Shading Language: functions, and a shader of one directional light."""
+"""Open Shading Language: functions, and a shader for one directional light."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ shader {name}_lit(
 
 
 class OslLanguage(Language):
-    """OSL, whose vectors have three numbers only: everything is written number by number."""
+    """OSL, whose vectors always have three numbers: everything is written number by number."""
 
     types: ClassVar = {FLOAT: "float", INDEX: "int", MASK: "int"}
     vectors = ""
@@ -98,8 +98,6 @@ class OslLanguage(Language):
 
 
 class Osl(SourceTarget):
-    """See :mod:`nacre.export.osl`."""
-
     title = "OSL functions, and a shader that emits what the surface reflects of one light"
     language, suffix = OslLanguage(), ".osl"
 

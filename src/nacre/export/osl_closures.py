@@ -1,4 +1,4 @@
-"""Open Shading Language: a shader of closures, which renderers sample and light themselves."""
+"""Open Shading Language: a shader that makes closures, which renderers sample and light."""
 
 from __future__ import annotations
 
@@ -68,13 +68,10 @@ _LOBE = """\
 
 
 class OslClosures(Target):
-    """See :mod:`nacre.export.osl_closures`."""
-
     title = "OSL: a shader of closures, for renderers that light surfaces themselves"
     model = "closures"
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
-        """See :class:`nacre.export.target.Target`."""
         mixture = self.of_model(material)
         rows = {key: np.array(value) for key, value in mixture.values.items()}
         tables = [_colors("diffuse_color", rows["diffuse"]), _numbers("bend0", rows["bend0"][0])]

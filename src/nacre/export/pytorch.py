@@ -1,4 +1,4 @@
-"""PyTorch: one file that imports torch and nothing else, with a module whose weights lie in it."""
+"""PyTorch: one file that imports only torch, with a module that contains its weights."""
 
 from __future__ import annotations
 
@@ -110,13 +110,10 @@ _ENDS: Mapping[str, str] = {
 
 
 class PyTorch(Target):
-    """See :mod:`nacre.export.pytorch`."""
-
     title = "PyTorch module in one file, with gradients"
     holds = frozenset({TABLES, WIDE})
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
-        """See :class:`nacre.export.Target`."""
         # A file torch.py or random.py would be imported in place of the library.
         return {f"{name}_brdf.py": _source(self.reflectance(material), name).encode()}
 
@@ -140,14 +137,14 @@ def _source(brdf: Brdf, name: str) -> str:
 
 
 class _Store:
-    """Weights and tables, which methods share."""
+    """Weights and tables, shared by all methods."""
 
     def __init__(self) -> None:
         self.statements: list[str] = []
         self._names: dict[tuple[str, bytes], str] = {}
 
     def name(self, what: str, values: Weights) -> str:
-        """What the module calls an array: a parameter, or a constant "table"."""
+        """The module's name for an array: a parameter, or a constant "table"."""
         key = what, values.tobytes()
         if key not in self._names:
             name = f"{what}_{sum(kind == what for kind, _ in self._names) + 1}"
@@ -157,7 +154,7 @@ class _Store:
 
 
 def _stored(name: str, values: Weights, parameter: bool) -> list[str]:
-    """Statements that make an array of a module."""
+    """Statements that create an array in the module."""
     kept = compact(values)
     encoded = base64.b64encode(kept.tobytes()).decode()
     lines = (encoded[start : start + _WIDTH] for start in range(0, len(encoded), _WIDTH))
@@ -169,8 +166,6 @@ def _stored(name: str, values: Weights, parameter: bool) -> list[str]:
 
 
 class _Method:
-    """One method of the module."""
-
     def __init__(self, function: Function, store: _Store) -> None:
         self._function, self._store = function, store
         self._found = steps(function)
@@ -178,7 +173,6 @@ class _Method:
         self._statements: list[str] = []
 
     def text(self) -> str:
-        """Its source."""
         used = Counter(o for step in self._found.steps for o in step.operands if isinstance(o, int))
         results = self._found.results
         used.update([*results.values()] * 2)  # so that results have names
@@ -241,6 +235,6 @@ class _Method:
 
 
 def _literal(number: np.float32 | np.int32) -> str:
-    """A number, as short as float32 has it; PyTorch takes none that is rounded beyond the last."""
+    """A number in its shortest float32 form, unless that rounds beyond the range of PyTorch."""
     text = shortest(number) if isinstance(number, np.float32) else str(int(number))
     return repr(float(number)) if abs(float(text)) > _LARGEST else text

@@ -1,4 +1,4 @@
-"""What a target of exports is, and the registry of targets."""
+"""What an export target is, and the registry of targets."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ TABLES, WIDE, TEXTURES = "tables", "wide networks", "textures"
 
 
 class Target(abc.ABC):
-    """A language or tool that a material is written for."""
+    """A language or tool that materials are exported to."""
 
     title: ClassVar[str]
     """What the target is, in a line of a list."""
@@ -31,34 +31,26 @@ class Target(abc.ABC):
 
     @abc.abstractmethod
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
-        """The content of the files that the material becomes, by name.
+        """The contents of the material's files, by name.
 
-        Raises NacreError if the target cannot hold the material; the message says why, and what
-        can.
-
-        Parameters
-        ----------
-        name
-            Identifier of the material (see :func:`nacre.export.identifier`), which names of files
-            and of what they define begin with.
+        `name` is the material's identifier (see :func:`nacre.export.identifier`); the names of
+        files and of everything they define begin with it. Raises NacreError if the target cannot
+        hold the material; the message says why, and which can.
         """
 
     def held(self, brdf: Brdf, progress: Progress | None = None) -> Brdf:
-        """A reflectance as the target holds it.
-
-        Raises NacreError if it cannot be fitted by the model of the target.
-        """
+        """A reflectance as the target holds it; NacreError if the target's model cannot fit it."""
         return self.of_model(brdf, progress) if self.model else brdf
 
     def of_model(self, material: Brdf | Btf, progress: Progress | None = None) -> AnalyticBrdf:
-        """A material that has to be a reflectance in RGB, fitted where it is not of :attr:`model`.
+        """The material as the target's :attr:`model`, fitted if it is not one already.
 
-        Raises NacreError if it is another, or cannot be fitted.
+        Raises NacreError if it is no reflectance in RGB, or cannot be fitted.
         """
         return fitted(self.reflectance(material), MODELS.find(self.model), progress)
 
     def reflectance(self, material: Brdf | Btf) -> Brdf:
-        """A material that has to be a reflectance in RGB; NacreError where it is another."""
+        """The material, if it is a reflectance in RGB; NacreError otherwise."""
         name = material.name or "this material"
         if not isinstance(material, Brdf):
             raise NacreError(f"{name}: is a texture, and this holds reflectances{other(TEXTURES)}")
@@ -92,9 +84,9 @@ TARGETS: Registry[type[Target]] = Registry(
         "usda": "nacre.export.standard:Usda",
         "gltf": "nacre.export.standard:Glb",
         "mdl": "nacre.export.standard:Mdl",
-        "principled": "nacre.export.principled:PrincipledScript",
-        "blender-closures": "nacre.export.blender_closures:BlenderClosures",
-        "blender-addon": "nacre.export.blender_closures:BlenderAddon",
+        "principled": "nacre.export.blender:PrincipledScript",
+        "blender-closures": "nacre.export.blender:BlenderClosures",
+        "blender-addon": "nacre.export.blender:BlenderAddon",
     },
     base=Target,
 )
@@ -102,6 +94,6 @@ TARGETS: Registry[type[Target]] = Registry(
 
 
 def other(what: str) -> str:
-    """How an error of a target that does not hold something ends, with those that do."""
+    """The end of an error message: the targets that do hold something."""
     names = [name for name, target in TARGETS.members() if what in target.holds]
     return f"; export it --to {', '.join(names[:-1])} or {names[-1]}" if names else ""

@@ -71,7 +71,6 @@ class _Open(GlslLanguage):
         return f"@{found}@"
 
     def datum(self, origin: Any) -> str:
-        """See :class:`nacre.export.source.Language`."""
         return self._place(_formula(origin))
 
     def numbers(self, values: Any) -> str:

@@ -1,4 +1,4 @@
-"""A nacre file (.json), checked before anything of it reaches Blender."""
+"""A nacre file (.json), checked before anything from it reaches Blender."""
 
 import json
 from dataclasses import dataclass, field
@@ -26,22 +26,12 @@ _Table = tuple[int, float, float]
 
 
 class MaterialError(Exception):
-    """A file is not what can be imported; the message is one line."""
+    """A file cannot be imported; the message is one line."""
 
 
 @dataclass(frozen=True)
 class NacreMaterial:
-    """What a file holds.
-
-    Parameters
-    ----------
-    name, model
-        As in the file.
-    values
-        Tables by the names of the model's parameters.
-    facts
-        What is known of it, for people: text by label.
-    """
+    """The contents of a file: tables by parameter name, and facts for people by label."""
 
     name: str
     model: str
@@ -50,7 +40,7 @@ class NacreMaterial:
 
 
 def read_file(path: Path) -> NacreMaterial:
-    """Read a material; MaterialError if the file is no such, too long, or cannot be read."""
+    """Read a material; MaterialError if the file is not one, too long, or cannot be read."""
     try:
         with path.open("rb") as file:
             text = file.read(_MAX_BYTES + 1)
@@ -60,7 +50,7 @@ def read_file(path: Path) -> NacreMaterial:
 
 
 def read(text: str | bytes, place: str) -> NacreMaterial:
-    """Read a material from the text of a file; errors begin with `place`."""
+    """Read a material from the text of a file; errors start with `place`."""
     try:
         return _material(_parsed(text), place)
     except MaterialError as error:
@@ -68,7 +58,7 @@ def read(text: str | bytes, place: str) -> NacreMaterial:
 
 
 def one_line(text: object) -> str:
-    """Text of a file as people see it: on one line, of bounded length."""
+    """Text from a file as people see it: on one line, with bounded length."""
     return " ".join("".join(c if c.isprintable() else " " for c in str(text)).split())[:_MAX_TEXT]
 
 
@@ -119,7 +109,7 @@ def _number(name: str, value: Any) -> float:
 
 
 def _check(values: dict[str, Rows], known: dict[str, _Table], nodes: int) -> None:
-    """MaterialError where the tables are not those of a model, of so many nodes and in range."""
+    """MaterialError unless the tables are those of the model, with all nodes, and in range."""
     if values.keys() != known.keys():
         names = sorted(values.keys() ^ known.keys())
         raise MaterialError(f"parameters lack or should lack {', '.join(names)[:80]}")
@@ -162,7 +152,7 @@ MODELS = {
 
 
 def _facts(content: dict[str, Any]) -> dict[str, str]:
-    """What the file says of errors, source and terms."""
+    """What the file tells about errors, source and terms."""
     metadata = content.get("metadata")
     parts = metadata if isinstance(metadata, dict) else {}
     facts = {"Model": one_line(content["model"])}

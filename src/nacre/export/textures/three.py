@@ -1,7 +1,7 @@
 """Encoded textures in the module of :mod:`nacre.export.three`: code for both of its renderers.
 
-In three.js v grows up, which is how the texture's y runs. A pixel's place on the texture is found
-once, at its beginning; then functions of a pair of directions are called as those of a reflectance.
+In three.js v grows upward, as the texture's y does. The place of a pixel on the texture is computed
+once, at its start; then functions of a pair of directions are called as for a reflectance.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ _NODES = replace(  # three.js declares textures, and a sampler for each
 
 
 def texture_values(atlas: TextureAtlas, name: str) -> dict[str, str]:
-    """What the template of modules takes of a texture, by the names of places."""
+    """The template values for a texture, by the names of their places."""
     inner = f"{name}_at"
     place = f"{inner}_parallax(place, wo)" if atlas.heights else "place"
     arrays = {

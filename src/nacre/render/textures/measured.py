@@ -54,11 +54,9 @@ class MeasuredDecoder:
         self._view_side = Hemisphere(mi, sides.views, stochastic)
 
     def texels(self, corners: Corners) -> Corners:
-        """See :class:`nacre.render.textures.decoders.HitDecoder`."""
         return corners
 
     def reflectance(self, texels: Corners, wi: Components, wo: Components) -> Components:
-        """See :class:`nacre.render.textures.decoders.HitDecoder`."""
         mi, dr = self._mi, require("drjit", "render")
         lights, views = self._light_side.around(wi), self._view_side.around(wo)
         total = [mi.Float(0.0)] * 3
@@ -102,7 +100,7 @@ class Sides:
 
 
 def table_lobes(btf: Btf, sides: Sides) -> Floats:
-    """Lobes for a measured texture, as :func:`nacre.textures.lobes.latent_lobes` for encoded ones."""
+    """Lobes for a measured texture; see :func:`nacre.textures.lobes.latent_lobes`."""
     lights, views = sides.lights, sides.views
     chosen = np.unique(KDTree(views).query(lobe_views())[1])
     pairs = sides.order.reshape(len(views), len(lights))[chosen].ravel()
