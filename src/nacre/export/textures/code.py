@@ -22,7 +22,7 @@ class Code:
 
 
 def _functions(text: str) -> tuple[Code, ...]:
-    found = re.findall(r"^(\w+) (\w+)\((.*)\) {\n(.*?)\n}$", text, re.MULTILINE | re.DOTALL)
+    found = re.findall(r"^(\w+) (\w+)\(([^)]*)\) {\n(.*?)\n}$", text, re.MULTILINE | re.DOTALL)
     return tuple(
         Code(name, kind, {each: of for of, each in map(str.split, given.split(", "))}, body)
         for kind, name, given, body in found
