@@ -21,7 +21,7 @@ from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.export.target import Target
 from nacre.export.text import facts, shortest
-from nacre.standard.closures import LOBES, NODES
+from nacre.standard.bent_closures import LOBES, NODES
 from nacre.standard.facet_albedo import albedo_table
 from nacre.standard.lookup import interpolate
 

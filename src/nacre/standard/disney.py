@@ -2,7 +2,7 @@
 
 Burley 2012, "Physically Based Shading at Disney", and 2015, "Extending the Disney BRDF to a BSDF
 with Integrated Subsurface Scattering": section 5.3 and the course notes' appendix for the diffuse
-lobes. Masking is separable, the coat's facets are GTR1 of Mitsuba's range of gloss.
+lobes. Masking is separable; the coat's facets are GTR1 with Mitsuba's range of gloss.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def _weight(name: str, start: tuple[float, float] = (0.05, 0.95)) -> Parameter:
 
 
 class Disney(AnalyticBrdf):
-    """Mitsuba's `principled` without anisotropy; parameters have its names."""
+    """Mitsuba's `principled` without anisotropy; parameters have the same names."""
 
     model = "disney"
     fitted_on: ClassVar[Literal["samples", "pictures"]] = "pictures"
@@ -98,13 +98,13 @@ def _rise(cosine: Array) -> Array:
 
 
 def _facets(wi: Components, wo: Components, h: Components, alpha: tuple[Array, Array]) -> Array:
-    """f_r in 1/sr of GGX facets that reflect all, each direction masked alone."""
+    """f_r in 1/sr for GGX facets that reflect everything; each direction is masked separately."""
     masked = (wi[2] + stretched_length(wi, alpha)) * (wo[2] + stretched_length(wo, alpha))
     return distribution(h, alpha) / masked
 
 
 def _coat(gloss: Array, wi: Components, wo: Components, h: Components, rise: Array) -> Array:
-    """f_r in 1/sr of the coat, whose scale is Disney's."""
+    """f_r in 1/sr for the coat, with Disney's scale."""
     alpha = 0.1 + (0.001 - 0.1) * gloss
     square = alpha * alpha
     scale = (square - 1.0) / (math.pi * of_numbers("log", square))
@@ -117,7 +117,7 @@ def _coat(gloss: Array, wi: Components, wo: Components, h: Components, rise: Arr
 
 
 def _diffuse(values: Values, wi: Components, wo: Components, cosine: Array) -> Array:
-    """f_r in 1/sr of a white base: diffuse and retro-reflection, or a flatter lobe."""
+    """f_r in 1/sr for a white base: diffuse and retro-reflection, or a flatter lobe."""
     light, view = _rise(wi[2]), _rise(wo[2])
     back = 2.0 * values["roughness"] * cosine * cosine
     rough = (1.0 - 0.5 * light) * (1.0 - 0.5 * view) + back * (

@@ -1,8 +1,8 @@
 """Fibers that stand up from a surface: Charlie sheen.
 
-Estevez and Kulla 2017, "Production Friendly Microfacet Sheen BRDF": normals whose sine's power is
-the density, and a fit to what masks them; as KHR_materials_sheen has both (section "Implementation
-Notes").
+Estevez and Kulla 2017, "Production Friendly Microfacet Sheen BRDF": a density that is a power of
+the normals' sine, and a fit for their masking, both as in KHR_materials_sheen (section
+"Implementation Notes").
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _ALBEDO = (  # of 1, the cosine and its square; of powers of the roughness less 
 
 
 def charlie(h: Components, wi: Components, wo: Components, alpha: Array) -> Array:
-    """f_r in 1/sr of fibers of a roughness alpha in [0, 1], with the half vector."""
+    """f_r in 1/sr for fibers with roughness alpha in [0, 1]; `h` is the half vector."""
     xp = namespace(*h, *wi, *wo)
     alpha = of_numbers("maximum", alpha, _MIN_ALPHA)
     inverse = 1.0 / alpha
@@ -39,12 +39,12 @@ def charlie(h: Components, wi: Components, wo: Components, alpha: Array) -> Arra
 
 
 def charlie_albedo(cosine: Array, roughness: Array) -> Array:
-    """Fraction of the light from a direction that the fibers reflect, at most 1; `roughness` is the
-    root of alpha.
+    """Fraction of the light from a direction that the fibers reflect, at most 1.
 
-    The exponential of a polynomial, fitted to quadratures of :func:`charlie`: within 0.018 of them
-    at a roughness of at least 0.1 (0.003 in the mean). Below, where only views close to the horizon
-    see fibers, it shrinks toward that.
+    `roughness` is the root of alpha. The albedo is the exponential of a polynomial fitted to
+    quadratures of :func:`charlie`: within 0.018 of them for roughnesses from 0.1 (0.003 on
+    average). Below 0.1, only views close to the horizon see fibers, and the curve shrinks toward
+    it.
     """
     xp = namespace(cosine)
     fitted = of_numbers("maximum", roughness, _MIN_FITTED)
@@ -63,7 +63,7 @@ def _polynomial(factors: tuple[float, ...], x: Array) -> Array:
 
 
 def _masking(cosine: Array, alpha: Array) -> Array:
-    """Smith's Lambda of the fibers."""
+    """Smith's Lambda for the fibers."""
     xp = namespace(cosine)
     weight = (1.0 - alpha) * (1.0 - alpha)
     a, b, c, d, e = (rough + (smooth - rough) * weight for rough, smooth in _BOUNDS)

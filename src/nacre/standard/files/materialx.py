@@ -1,7 +1,7 @@
 """MaterialX documents (`.mtlx`) that hold one OpenPBR surface.
 
 MaterialX specification 1.39, "MTLX File Format Definition" and "Color Spaces and Color Management
-Systems". What is written is one node with a value for every parameter and a material of it; an
+Systems". A written document has one node with a value for every parameter, and a material; an
 anisotropic material's tangent comes from a node `rotate3d`.
 """
 
@@ -38,13 +38,13 @@ _LIMIT = 1 << 18
 _GAMMAS = {"lin_rec709": 1.0, "none": 1.0, "g18_rec709": 1.8, "g22_rec709": 2.2}
 _CONNECTIONS = "nodename", "nodegraph", "interfacename", "output", "channels"
 _AXES = {"in": "tangent", "axis": "normal"}
-"""Nodes that a rotated tangent is made of, by the inputs of `rotate3d`."""
+"""Nodes behind a rotated tangent, by the inputs of `rotate3d`."""
 
 
 def encode(brdf: OpenPbr) -> bytes:
-    """A document of a material; every number comes back as it was.
+    """A document with a material; every number survives exactly.
 
-    Raises FormatError if its metadata cannot be written.
+    Raises FormatError if the metadata cannot be written.
     """
     name = node_name(brdf.name)
     root = Element("materialx", version="1.39", colorspace="lin_rec709")
@@ -83,7 +83,7 @@ def _connect(node: Element, name: str, kind: str, other: str) -> None:
 
 
 def save(brdf: Brdf, path: Path, progress: Progress | None = None) -> None:
-    """Write a material, fitted on pictures if it is of another model.
+    """Write a material; other models are fitted on pictures.
 
     Raises FormatError if the path is bad, or the model cannot be fitted.
     """
@@ -91,10 +91,10 @@ def save(brdf: Brdf, path: Path, progress: Progress | None = None) -> None:
 
 
 def load(path: Path) -> OpenPbr:
-    """Read the one OpenPBR surface of a document.
+    """Read the only OpenPBR surface in a document.
 
-    Raises FormatError naming the node and the input, and what to do, where there is another or no
-    surface, or an input that is no constant, in a color space that is not known, or out of bounds.
+    Raises FormatError with the node, the input and the fix, if there is none or another surface, or
+    an input is not constant, out of bounds, or in an unknown color space.
     """
     root = read_xml(path, _LIMIT)
     if root.tag != "materialx":
@@ -108,7 +108,7 @@ def load(path: Path) -> OpenPbr:
 
 
 def _surface(root: Element) -> tuple[Element, Element | None]:
-    """The shader of a document, and the material that it is of, if any."""
+    """The shader in a document, and its material, if any."""
     for element in root:
         if element.tag.endswith("include"):
             raise FormatError("includes another file; save it with all in one")
@@ -143,7 +143,7 @@ class _Shader:
         self.inputs = {e.get("name", ""): e for e in node if e.tag == "input"}
 
     def brdf(self, facts: str | None) -> OpenPbr:
-        """The material of an OpenPBR node, and what else is known of it."""
+        """The material of an OpenPBR node with its facts."""
         inputs: dict[str, Input] = {}
         angles = []
         for name, element in self.inputs.items():
@@ -181,7 +181,7 @@ class _Shader:
         raise FormatError(f"{field}: is not {wanted}, but {kind} {text[:40]!r}")
 
     def _linear(self, field: str, element: Element, color: Sequence[float]) -> Sequence[float]:
-        """A color in linear Rec. 709, from the space that the nearest element around it says."""
+        """A color in linear Rec. 709, from the space given by the nearest enclosing element."""
         spaces = (each.get("colorspace") for each in (element, self.node, self.root))
         space = next((s for s in spaces if s), "lin_rec709")
         if space != "srgb_texture" and space not in _GAMMAS:

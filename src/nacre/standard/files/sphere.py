@@ -1,4 +1,4 @@
-"""A sphere as triangles, to show a material on."""
+"""A sphere made of triangles, for showing a material."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ _SEGMENTS, _RINGS = 64, 32
 
 @dataclass(frozen=True)
 class Mesh:
-    """Triangles with what shading needs.
+    """Triangles with attributes for shading.
 
     Parameters
     ----------
     positions, normals
         Shape (n, 3), float32; y is up.
     tangents
-        Shape (n, 4), float32: the direction in which u grows, and 1 where the bitangent is normal
-        x tangent.
+        Shape (n, 4), float32: the direction in which u grows, and 1 if the bitangent is normal x
+        tangent.
     uv
         Texture coordinates, shape (n, 2), float32; v grows downward.
     triangles
-        Indices, shape (m, 3), uint16; counterclockwise as seen from outside.
+        Indices, shape (m, 3), uint16; counterclockwise seen from outside.
     """
 
     positions: npt.NDArray[np.float32]
