@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 
@@ -20,11 +20,8 @@ from nacre.render.lights import DirectionalLight
 from nacre.render.mesh import grid_mesh, revolve
 from nacre.render.studio import studio
 
-Shape = Literal["ball", "sphere"]
-LightName = Literal["environment", "directional"]
-
-SHAPES: tuple[str, ...] = get_args(Shape)
-LIGHTS: tuple[str, ...] = get_args(LightName)
+SHAPES = "ball", "sphere"
+LIGHTS = "environment", "directional"
 
 
 _GROOVE = (math.radians(62.0), math.radians(77.0))

@@ -112,8 +112,7 @@ def late_sun() -> Environment:
 
 _ROOM = np.array([-2.2, -1.1, -3.0]), np.array([2.6, 1.6, 3.2])
 """Corners of the room, in meters from the materials, which stand on a table."""
-_WINDOW = (-0.45, 1.15), (-0.9, 1.5)
-"""Heights and depths between which the left wall is open."""
+_WINDOW = (-0.45, 1.15), (-0.9, 1.5)  # heights and depths between which the left wall is open
 _FRAME = 0.035
 _LAMPS = (
     # A globe in the corner at the right, and one that hangs behind the viewer.
@@ -124,8 +123,7 @@ _WALLS = ((0.62, 0.58, 0.52), (0.50, 0.56, 0.60), (0.60, 0.57, 0.52))
 """Colors of the walls at the left and right, of floor and ceiling, of those ahead and behind."""
 _FLOOR, _CEILING = (0.30, 0.19, 0.11), (0.78, 0.77, 0.74)
 _DAY = np.array([8.5, 9.6, 11.0])
-_BOUNCED = 0.11
-"""Light on the walls from other walls, as a radiance on white."""
+_BOUNCED = 0.11  # light on the walls from other walls, as a radiance on white
 
 
 @functools.cache

@@ -1,4 +1,4 @@
-"""Environments as a page holds them: small maps with one exponent for three colors."""
+"""Environments for a page: small maps with one exponent for three colors."""
 
 from __future__ import annotations
 
@@ -11,12 +11,9 @@ MAP_SIZE = 192, 96
 
 
 def smaller(pixels: Image) -> Image:
-    """A map at the page's size: means over the cells of its texels, rows weighted alike.
+    """A map (h, w, 3) in linear RGB at the page's size, by means over the cells of its texels.
 
-    Parameters
-    ----------
-    pixels
-        Linear RGB as of :class:`nacre.render.environment.Environment`, shape (h, w, 3).
+    Rows have equal weights.
     """
     width, height = MAP_SIZE
     rows = np.linspace(0.0, len(pixels) - 1.0, height)
@@ -33,7 +30,7 @@ def smaller(pixels: Image) -> Image:
 
 
 def shared_exponents(pixels: Image) -> bytes:
-    """Linear RGB as bytes with one exponent for three colors (Ward 1991), plane after plane."""
+    """Linear RGB as bytes with one exponent for three colors (Ward 1991), plane by plane."""
     largest = np.maximum(pixels.max(axis=2), 1e-30)
     exponent = np.clip(np.ceil(np.log2(largest * (256.0 / 255.5))), -128, 127)
     scaled = np.clip(np.round(pixels * 2.0 ** (8.0 - exponent)[..., None]), 0, 255)

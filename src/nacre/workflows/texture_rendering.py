@@ -94,7 +94,7 @@ def check_texture_view(output: PathLike, view: TextureView, *, compared: bool = 
     NacreError
         If options contradict one another, or the output is of no kind for pictures.
     """
-    from nacre.figures.rendering_panels import panels_size
+    from nacre.figures.difference_sheet import panels_size
     from nacre.render.animation import check_animation
     from nacre.render.preview import check_image_path
 
@@ -143,8 +143,8 @@ def render_texture(
         As :func:`check_texture_view` has it, or if the texture cannot be rendered so.
     """
     from nacre.color import tone_map
+    from nacre.figures.difference_sheet import panels_size, rendering_panels
     from nacre.figures.page import display_bytes
-    from nacre.figures.rendering_panels import panels_size, rendering_panels
     from nacre.metrics.temporal import temporal_errors
     from nacre.render.animation import write_animation
     from nacre.render.preview import write_bytes, write_image

@@ -122,3 +122,13 @@ def place_labels(
         **style,
     )
     axes.set(**limits)
+
+
+def broken(name: str, length: int = 17) -> str:
+    """A long name in lines, broken at dashes and underscores."""
+    lines = [""]
+    for part in name.replace("_", "_ ").replace("-", "- ").split():
+        if lines[-1] and len(lines[-1]) + len(part) > length:
+            lines.append("")
+        lines[-1] += part
+    return "\n".join(lines)

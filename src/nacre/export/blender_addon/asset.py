@@ -11,8 +11,7 @@ import bpy
 from nacre.export.blender_addon.nodes import build, describe, set_principled
 from nacre.export.blender_addon.reading import NacreMaterial
 
-_KEY = "nacre_asset"
-"""Custom property by which a script knows the material that it made before."""
+_KEY = "nacre_asset"  # custom property by which a script knows the material that it made before
 
 _PIXELS = 128
 _SAMPLES = 24

@@ -21,8 +21,7 @@ _MAX_BYTES = 1 << 20
 _MAX_TEXT = 200
 _SETTINGS = frozenset({"gain", "samples", "starts", "seed"})
 """Of fits, which say nothing of the result."""
-_Table = tuple[int, float, float]
-"""Rows of a table, and the range of its numbers."""
+_Table = tuple[int, float, float]  # rows of a table, and the range of its numbers
 
 
 class MaterialError(Exception):
