@@ -126,7 +126,7 @@ class Graph:
         if name == "arctan2":
             return self._angle(*operands)
         if name not in _OPERATORS:
-            raise NacreError(f"ONNX has no operation {name!r}: nacre fit makes a network of it")
+            raise NacreError(f"ONNX has no operation {name!r}: fit a network first (nacre fit)")
         return self.node(_OPERATORS[name], operands)
 
     def _angle(self, y: str, x: str) -> str:

@@ -121,4 +121,6 @@ def program(brdf: Brdf, *, expanded: Formulas = NATIVE) -> dict[str, Function]:
         }
     except (TypeError, AttributeError, ValueError) as error:
         what = f"{brdf.name or 'this material'} ({type(brdf).__name__})"
-        raise NacreError(f"{what} is no formula: nacre fit makes a network of it") from error
+        raise NacreError(
+            f"{what} is not a formula: fit a network to it first (nacre fit)"
+        ) from error

@@ -216,7 +216,9 @@ class _Method:
                 return "torch.relu({0})"
             return "{0}.clamp(min={1})" if step.name == "max" else "{0}.clamp(max={1})"
         if step.name not in _OPERATIONS:
-            raise NacreError(f"PyTorch has no operation {step.name!r}: nacre fit makes a network")
+            raise NacreError(
+                f"PyTorch has no operation {step.name!r}: fit a network first (nacre fit)"
+            )
         return _OPERATIONS[step.name]
 
     def _operand(self, operand: Operand, step: Step) -> tuple[str, int]:

@@ -94,7 +94,7 @@ class Language:
         key = f"{kind} {name}" if kind == INDEX else name
         if key not in self.operations:
             raise NacreError(
-                f"holds numbers in tables: nacre fit makes a network of it{other(TABLES)}"
+                f"holds numbers in tables: fit a network to it first (nacre fit){other(TABLES)}"
             )
         return self.operations[key]
 

@@ -56,8 +56,8 @@ class Target(abc.ABC):
             raise NacreError(f"{name}: is a texture, and this holds reflectances{other(TEXTURES)}")
         if material.wavelengths is not None:
             raise NacreError(
-                f"{name}: is spectral, and all targets hold RGB: nacre fit makes a network of its "
-                "colors"
+                f"{name}: is spectral, and all targets hold RGB: fit a network to its colors first "
+                "(nacre fit)"
             )
         return material
 

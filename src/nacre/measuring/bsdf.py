@@ -77,7 +77,7 @@ def scene_bsdf(path: PathLike, name: str | None = None) -> MitsubaBrdf:
     if name is None and len(bsdfs) == 1:
         return _virtual(bsdfs[0], f"{path}: {bsdfs[0].id() or 'its BSDF'}")
     if name not in found:
-        problem = f"has no BSDF {name!r}" if name else "has not one BSDF; use --bsdf"
+        problem = f"has no BSDF {name!r}" if name else "has more or less than one BSDF; use --bsdf"
         nameless = sum(not bsdf.id() for bsdf in bsdfs)
         names = [*found, f"{nameless} without an id"] if nameless else found
         raise NacreError(f"{path}: {problem} (found: {', '.join(names) or 'none'})")
@@ -92,7 +92,7 @@ def _virtual(bsdf: Any, where: str) -> MitsubaBrdf:
     if not isinstance(bsdf, mi.BSDF):
         raise NacreError(f"{where}: is not a BSDF")
     if not bsdf.flags() & int(mi.BSDFFlags.Smooth):
-        raise NacreError(f"{where}: reflects in single directions only; nothing can be measured")
+        raise NacreError(f"{where}: reflects only in single directions, so nothing can be measured")
     try:
         return MitsubaBrdf(bsdf)
     except NacreError as error:

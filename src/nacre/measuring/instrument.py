@@ -106,7 +106,7 @@ class Instrument:
         kept = self._reached(wi, wo).all(axis=1)
         wi, wo = np.broadcast_to(wi, wo.shape)[kept], wo[kept]
         if not len(wi):
-            raise NacreError("the instrument reaches no pair of directions; allow for more")
+            raise NacreError("the instrument reaches no pair of directions; relax its limits")
         inputs = isotropic_inputs(wi.reshape(-1, 3), wo.reshape(-1, 3), ENHANCED)
         keys = inputs.round(_SAME).reshape(len(wi), -1)
         first = np.sort(np.unique(keys, axis=0, return_index=True)[1])

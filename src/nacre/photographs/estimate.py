@@ -312,7 +312,7 @@ def _photograph(picture: npt.NDArray[np.float64], recording: Recording) -> Photo
     if not whole.any():
         raise NacreError("no pixel of the material is finite")
     if not values[whole].mean() > 0.0:
-        raise NacreError("the material is black all over")
+        raise NacreError("every pixel of the material is black")
     kept = (v[whole] for v in (recording.pixels, recording.wi, recording.wo, recording.weights))
     return Photograph(values[whole], Recording(*kept), NOISE * np.abs(values[whole]))
 

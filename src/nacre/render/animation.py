@@ -32,7 +32,7 @@ def check_animation(path: PathLike, count: int, width: int, height: int) -> None
     """
     path = check_image_path(path, ANIMATIONS)
     if path.suffix.lower() == ".webp" and max(width, height) > 16383:
-        raise FormatError(f"{path}: .webp has at most 16383 pixels an edge; choose .gif or .png")
+        raise FormatError(f"{path}: .webp has at most 16383 pixels per edge; choose .gif or .png")
     if count * width * height > MAX_PIXELS:
         raise NacreError(
             f"{count} frames of {width} x {height} pixels are more than the {MAX_PIXELS:,} pixels "

@@ -90,7 +90,7 @@ def read_code(properties: Any) -> tuple[NeuralBasis, Any, str]:
     path = Path(resolved(text)) if text.endswith(".json") else None
     if path is not None:
         if not is_code(path):
-            raise NacreError(f"{path}: is no code that nacre latent encode writes")
+            raise NacreError(f"{path}: is not a code from nacre latent encode")
         material = load_code(path, basis)
         return basis, np.asarray(material.code), material.name
     try:

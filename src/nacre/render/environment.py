@@ -136,7 +136,7 @@ def load_environment(path: PathLike) -> Environment:
     """
     path = Path(path)
     if path.suffix.lower() not in EXTENSIONS:
-        raise FormatError(f"{path}: an environment is one of {', '.join(EXTENSIONS)}")
+        raise FormatError(f"{path}: an environment map ends in one of {', '.join(EXTENSIONS)}")
     if not path.is_file():
         raise FormatError(f"{path}: no such file")
     mi = bitmaps()

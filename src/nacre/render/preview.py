@@ -94,7 +94,7 @@ def render_preview(
     """
     width, height = (size, size) if isinstance(size, int) else size
     if not (1 <= width <= MAX_SIZE and 1 <= height <= MAX_SIZE):
-        raise NacreError(f"a picture has 1 to {MAX_SIZE} pixels an edge, not {width} x {height}")
+        raise NacreError(f"a picture has 1 to {MAX_SIZE} pixels per edge, not {width} x {height}")
     if spp is None:
         spp = default_spp(denoise)
     if spp < 1:

@@ -125,7 +125,7 @@ def scene_bsdfs(path: PathLike) -> list[Any]:
 def _scene(path: PathLike, make: Callable[[], Any]) -> Any:
     found = _made(path, make)
     if not isinstance(found, mitsuba().Scene):
-        raise FormatError(f"{path}: is no <scene>, but a {type(found).__name__}")
+        raise FormatError(f"{path}: is not a <scene> but a {type(found).__name__}")
     return found
 
 

@@ -52,7 +52,7 @@ class _Files:
             self._sizes[own] = None
             self._sizes[own] = self._parsed(path, shown)
         if (size := self._sizes[own]) is None:
-            raise FormatError(f"{self._top}: <include> of {shown}, which is being read: a circle")
+            raise FormatError(f"{self._top}: <include> of {shown}, which includes itself")
         return size
 
     def _parsed(self, path: Path, shown: str) -> _Size:

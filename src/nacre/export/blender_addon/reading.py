@@ -69,7 +69,7 @@ def _parsed(text: str | bytes) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         raise MaterialError(f"is not whole JSON: {one_line(error)}") from error
     if not isinstance(content, dict) or not isinstance(content.get("model"), str):
-        raise MaterialError("is no nacre material: it names no model")
+        raise MaterialError("is not a nacre material: it names no model")
     return content
 
 
@@ -81,7 +81,7 @@ def _material(content: dict[str, Any], place: str) -> NacreMaterial:
             "nacre export --to blender-addon writes any material as closures"
         )
     if content.get("version", 1) != 1:
-        raise MaterialError("is of another version of nacre; update the add-on")
+        raise MaterialError("was written by another version of nacre; update the add-on")
     if not isinstance(given, dict):
         raise MaterialError("has no parameters")
     values = {one_line(name): _rows(one_line(name), value) for name, value in given.items()}
@@ -97,13 +97,15 @@ def _rows(name: str, value: Any) -> Rows:
         value = [value]
     rows = [row if isinstance(row, list) else [row] for row in value]
     if not 1 <= len(rows) <= 3 or any(len(row) != len(rows[0]) for row in rows):
-        raise MaterialError(f"{name} is no number, color or table")
+        raise MaterialError(f"{name} is not a number, color or table")
     return [[_number(name, number) for number in row] for row in rows]
 
 
 def _number(name: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
-        raise MaterialError(f"{name} holds {one_line(json.dumps(value))[:40]}, no number below 1e6")
+        raise MaterialError(
+            f"{name} holds {one_line(json.dumps(value))[:40]}, not a number below 1e6"
+        )
     return float(value)
 
 
@@ -111,7 +113,7 @@ def _check(values: dict[str, Rows], known: dict[str, _Table], nodes: int) -> Non
     """MaterialError unless the tables are those of the model, with all nodes, and in range."""
     if values.keys() != known.keys():
         names = sorted(values.keys() ^ known.keys())
-        raise MaterialError(f"parameters lack or should lack {', '.join(names)[:80]}")
+        raise MaterialError(f"missing or unknown parameters: {', '.join(names)[:80]}")
     for name, rows in values.items():
         height, low, high = known[name]
         if len(rows) != height or len(rows[0]) != nodes:

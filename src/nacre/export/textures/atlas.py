@@ -77,7 +77,7 @@ class TextureAtlas:
         if max(rows, columns) > LARGEST:
             raise NacreError(
                 f"{latent.name}: {width} x {height} texels with their mipmaps need an array of "
-                f"{columns} x {rows}; {LARGEST} x {LARGEST} are the most"
+                f"{columns} x {rows}; the limit is {LARGEST} x {LARGEST}"
             )
         factors = factor(latent, resolution, levels)
         return cls(

@@ -41,7 +41,7 @@ def light_path(path: str, count: int, angle: float, geometry: str = "cylinder") 
         If there is no such path, or the count is below 1.
     """
     if count < 1:
-        raise NacreError(f"a light on its way has 1 direction or more, not {count}")
+        raise NacreError(f"a moving light needs at least 1 direction, not {count}")
     if path == "around":
         start, axis = np.array(light_direction(angle)), np.array(facing(geometry))
         angles = (2.0 * math.pi / count * np.arange(count))[:, None]

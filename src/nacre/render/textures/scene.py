@@ -45,7 +45,7 @@ def texture_scale(geometry: str, repeat: int, aspect: float = 1.0) -> Any:
     of :data:`GEOMETRIES`, or `repeat` is less than 1.
     """
     if repeat < 1:
-        raise NacreError(f"a texture is repeated 1 time or more, not {repeat}")
+        raise NacreError(f"a texture is repeated at least once, not {repeat} times")
     check_name("geometry", geometry, GEOMETRIES)
     around = -_HEIGHT / (2.0 * math.pi * _RADIUS)  # v runs upwards, rows do not
     upward = {"cylinder": around, "sphere": 0.5}.get(geometry, -1.0)

@@ -169,7 +169,7 @@ def _text(path: Path) -> bytes:
             raise FormatError(f"{path}: ends within the header; the file is cut short or damaged")
         _, version, total, length, kind = _HEADER.unpack(head)
         if (version, kind) != (_VERSION, _JSON):
-            raise FormatError(f"{path}: is no glTF 2.0: version {version}, first chunk {kind:#x}")
+            raise FormatError(f"{path}: is not glTF 2.0: version {version}, first chunk {kind:#x}")
         if total != size or length > total - _HEADER.size:
             raise FormatError(f"{path}: is cut short or damaged: {size} bytes of {total}")
         if length > _LIMIT:

@@ -98,7 +98,7 @@ def load(path: Path) -> OpenPbr:
     """
     root = read_xml(path, _LIMIT)
     if root.tag != "materialx":
-        raise FormatError(f"{path}: is no MaterialX document: its root is {root.tag[:40]!r}")
+        raise FormatError(f"{path}: is not a MaterialX document: its root is {root.tag[:40]!r}")
     try:
         shader, material = _surface(root)
         facts = None if material is None else material.get(FACTS)
@@ -155,7 +155,7 @@ class _Shader:
                 problem = "is not read" if name.startswith("geometry_") else "is not known"
                 raise FormatError(f"{self._field(element)}: {problem}; remove it")
         if len(set(angles)) > 1 or (angles and len(angles) < len(TANGENTS)):
-            raise FormatError(f"{' and '.join(TANGENTS)}: are not the same, which is not read")
+            raise FormatError(f"{' and '.join(TANGENTS)}: are not the same; make them equal")
         return read(inputs, angles[0] if angles else None, facts)
 
     def _field(self, element: Element) -> str:

@@ -168,7 +168,7 @@ def load(path: FilePath) -> OpenPbr:
     """
     data = read_bytes(path, _LIMIT)
     if data.startswith(b"PXR-USDC"):
-        raise FormatError(f"{path}: is a binary layer; usdcat makes text of it (-o x.usda)")
+        raise FormatError(f"{path}: is a binary layer; convert it to text with usdcat (-o x.usda)")
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -199,8 +199,8 @@ class _Material:
         node = "nothing that is here" if shader is None else _node(shader)
         if shader is None or node != NODE_DEFINITION:
             raise FormatError(
-                f"{self.path[:60]}: its surface is {node[:60]}, of which only {NODE_DEFINITION} is "
-                f"read; connect one to {_OUTPUT}"
+                f"{self.path[:60]}: its surface is {node[:60]}; only {NODE_DEFINITION} is read, so "
+                f"connect one to {_OUTPUT}"
             )
         inputs: dict[str, Input] = {}
         angles: dict[str, float] = {}
@@ -219,7 +219,7 @@ class _Material:
                 problem = "is not read" if plain.startswith("geometry_") else "is not known"
                 raise FormatError(f"{field}: {problem}; remove it")
         if len(set(angles.values())) > 1 or len(angles) == 1:
-            raise FormatError(f"{' and '.join(TANGENTS)}: are not the same, which is not read")
+            raise FormatError(f"{' and '.join(TANGENTS)}: are not the same; make them equal")
         data = self.prim.metadata.get("customData", {})
         facts = data.get(FACTS) if isinstance(data, dict) else None
         angle = next(iter(angles.values()), None)
