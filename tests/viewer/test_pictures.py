@@ -17,8 +17,7 @@ from nacre.color import tone_map
 from nacre.neural import Recipe
 from nacre.render.environment import Environment
 from nacre.render.studio import studio
-from nacre.viewer.content import Entry, page
-from nacre.viewer.environments import MAP_SIZE
+from nacre.viewer.content import MAP_SIZE, Entry, page
 from tests.analytic.materials import EXAMPLES
 from tests.oracles.pictures import rendered as rendered_by_mitsuba
 from tests.oracles.runners import browser

@@ -49,7 +49,7 @@ def texture_panels(btf: Btf, pairs: Indices, columns: int) -> Bytes:
     return page.pixels()
 
 
-def capture_sheet(btf: Btf, repeats: int = 2) -> Floats:
+def capture_sheet(btf: Btf) -> Floats:
     """Linear pictures under four lights (columns) from three views (rows), tiled.
 
     Each uses the pair nearest to the wanted one, under a lamp with constant power that makes most
@@ -58,7 +58,7 @@ def capture_sheet(btf: Btf, repeats: int = 2) -> Floats:
     chosen = nearest_pairs(btf, _LIGHTS, _VIEWS)
     pictures = reduced_pictures(btf, chosen) * btf.wi[chosen, 2][..., None, None, None]
     bright = float(np.quantile(pictures[0, 0].max(-1), 0.9))
-    pictures = np.tile(pictures * (0.8 / max(bright, 1e-3)), (1, 1, repeats, repeats, 1))
+    pictures = np.tile(pictures * (0.8 / max(bright, 1e-3)), (1, 1, 2, 2, 1))
     factor = max(1, _MIN_CELL // pictures.shape[3])
     pictures = pictures.repeat(factor, 2).repeat(factor, 3)
     framed = np.pad(pictures, ((0, 0), (0, 0), (1, 1), (1, 1), (0, 0)), constant_values=1.0)

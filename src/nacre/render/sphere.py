@@ -114,12 +114,10 @@ def render_sphere(
     return image, mask
 
 
-def smooth_edges(
-    image: Image, brdf: Brdf, light: Light, points: int = 4
-) -> tuple[Image, npt.NDArray[np.float32]]:
+def smooth_edges(image: Image, brdf: Brdf, light: Light) -> tuple[Image, npt.NDArray[np.float32]]:
     """A picture from :func:`render_sphere` with smooth edges, for people to look at.
 
-    Pixels on the rim show the mean over `points` x `points` points inside them. If the light has a
+    Pixels on the rim show the mean over 4 x 4 points inside them. If the light has a
     single direction, so that its shadow has an edge, all pixels do.
 
     Returns
@@ -130,7 +128,7 @@ def smooth_edges(
         Fraction of each pixel that the sphere covers, shape (size, size).
     """
     size = len(image)
-    shifts = (np.arange(points) + 0.5) / points - 0.5
+    shifts = (np.arange(4) + 0.5) / 4 - 0.5
     grid = [sphere_normals(size, np.array([x, y])) for y in shifts for x in shifts]
     masks = np.stack([mask for _, mask in grid])
     coverage: npt.NDArray[np.float32] = masks.mean(axis=0, dtype=np.float32)

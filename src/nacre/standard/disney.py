@@ -16,15 +16,10 @@ from nacre.array import Array, Components, namespace
 from nacre.color import luminance
 from nacre.geometry import dot, half_vector
 from nacre.sampling.visible_normals import MIN_ROUGHNESS, distribution, stretched_length
-from nacre.standard.parameter_math import of_numbers
+from nacre.standard.parameter_math import GRAZING, color_parameter, fraction, of_numbers
 
-_GRAZING = 1e-6  # cosine of directions that are lower: there results are ignored
 _COAT_NORMAL = 0.04  # the coat's reflectance at normal incidence
 _COAT_MASKING = 0.25  # roughness of what masks it
-
-
-def _weight(name: str, start: tuple[float, float] = (0.05, 0.95)) -> Parameter:
-    return Parameter(name, 0.0, 1.0, start)
 
 
 class Disney(AnalyticBrdf):
@@ -33,22 +28,22 @@ class Disney(AnalyticBrdf):
     model = "disney"
     fitted_on: ClassVar[Literal["samples", "pictures"]] = "pictures"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("base_color", 0.0, 1.0, (0.02, 0.9), color=True),
-        _weight("metallic"),
-        _weight("roughness", (0.1, 0.8)),
+        color_parameter("base_color"),
+        fraction("metallic"),
+        fraction("roughness", (0.1, 0.8)),
         Parameter("eta", 1.0, 4.0, (1.3, 1.8)),
-        _weight("spec_tint"),
-        _weight("flatness"),
-        _weight("sheen", (0.02, 0.5)),
-        _weight("sheen_tint"),
-        _weight("clearcoat"),
-        _weight("clearcoat_gloss"),
+        fraction("spec_tint"),
+        fraction("flatness"),
+        fraction("sheen", (0.02, 0.5)),
+        fraction("sheen_tint"),
+        fraction("clearcoat"),
+        fraction("clearcoat_gloss"),
     )
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
         xp = namespace(*wi, *wo)
-        wi, wo = ((w[0], w[1], xp.maximum(w[2], _GRAZING)) for w in (wi, wo))
+        wi, wo = ((w[0], w[1], xp.maximum(w[2], GRAZING)) for w in (wi, wo))
         h = half_vector(wi, wo)
         cosine = xp.minimum(dot(wi, h), 1.0)
         rise = _rise(cosine)
@@ -77,7 +72,7 @@ class AnisotropicDisney(Disney):
 
     model = "disney-anisotropic"
     isotropic = False
-    parameters = (*Disney.parameters, _weight("anisotropic", (0.1, 0.8)))
+    parameters = (*Disney.parameters, fraction("anisotropic", (0.1, 0.8)))
 
 
 def _axes(values: Values) -> tuple[Array, Array]:

@@ -17,7 +17,7 @@ from nacre.analytic.fresnel import schlick
 from nacre.array import Array, Components, namespace
 from nacre.color import xyz_to_rgb
 from nacre.standard.parameter_math import of_numbers
-from nacre.standard.thin_film import fringes
+from nacre.standard.thin_film import fringes, refracted
 
 _TO_RGB = xyz_to_rgb(np.eye(3)).T.tolist()
 _MAX_BASE = 0.9999  # reflectance of a base whose refractive index is finite
@@ -48,9 +48,7 @@ class Film:
     @classmethod
     def seen(cls, index: Array, thickness: Array, cosine: Array) -> Film:
         """A film with a thickness in nm, seen at an angle from the normal given by its cosine."""
-        xp = namespace(cosine)
-        sine2 = (1.0 - cosine * cosine) / (index * index)
-        inner = xp.sqrt(xp.maximum(1.0 - sine2, 1e-12))
+        inner = refracted(cosine, index)
         normal = ((index - 1.0) / (index + 1.0)) ** 2
         outer = schlick(cosine, (normal, normal, normal))[0]
         return cls(index, outer, inner, fringes(2e-3 * index * thickness * inner))

@@ -31,7 +31,7 @@ from nacre.array import Array, Components, namespace
 from nacre.geometry import dot, half_vector, rotate
 from nacre.sampling.visible_normals import MIN_ROUGHNESS, distribution
 from nacre.standard.metal_fresnel import metal, metal_at_82, metal_dip
-from nacre.standard.parameter_math import bounded, of_numbers
+from nacre.standard.parameter_math import GRAZING, bounded, color_parameter, fraction, of_numbers
 from nacre.standard.rough_diffuse import eon
 from nacre.standard.sheen_ltc import MIN_FITTED_ROUGHNESS, fitted_sheen
 from nacre.standard.thin_film import (
@@ -44,23 +44,13 @@ from nacre.standard.thin_film import (
     series,
 )
 
-_GRAZING = 1e-6  # cosine of directions that are lower: there results are ignored
-
-
-def _weight(name: str, start: tuple[float, float] = (0.0, 1.0)) -> Parameter:
-    return Parameter(name, 0.0, 1.0, start)
-
-
-def _color(name: str, start: tuple[float, float] = (0.02, 0.9)) -> Parameter:
-    return Parameter(name, 0.0, 1.0, start, color=True)
-
 
 def _index(name: str) -> Parameter:
     return Parameter(name, 1.0, 3.0, (1.3, 1.8))
 
 
-_COAT_ANISOTROPY = _weight("coat_roughness_anisotropy", (0.1, 0.8))
-_SPECULAR_ANISOTROPY = _weight("specular_roughness_anisotropy", (0.1, 0.8))
+_COAT_ANISOTROPY = fraction("coat_roughness_anisotropy", (0.1, 0.8))
+_SPECULAR_ANISOTROPY = fraction("specular_roughness_anisotropy", (0.1, 0.8))
 ANGLE = Parameter("angle", -0.5 * math.pi, 0.5 * math.pi, (-0.4 * math.pi, 0.4 * math.pi))
 
 
@@ -75,24 +65,24 @@ class OpenPbr(AnalyticBrdf):
     model = "openpbr"
     fitted_on: ClassVar[Literal["samples", "pictures"]] = "pictures"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        _weight("base_weight", (1.0, 1.0)),
-        _color("base_color"),
-        _weight("base_diffuse_roughness"),
-        _weight("base_metalness"),
-        _weight("specular_weight"),
-        _color("specular_color", (0.5, 0.98)),
-        _weight("specular_roughness", (0.1, 0.8)),
+        fraction("base_weight", (1.0, 1.0)),
+        color_parameter("base_color"),
+        fraction("base_diffuse_roughness", (0.0, 1.0)),
+        fraction("base_metalness", (0.0, 1.0)),
+        fraction("specular_weight", (0.0, 1.0)),
+        color_parameter("specular_color", (0.5, 0.98)),
+        fraction("specular_roughness", (0.1, 0.8)),
         _index("specular_ior"),
-        _weight("coat_weight"),
-        _color("coat_color", (0.5, 0.98)),
-        _weight("coat_roughness", (0.05, 0.5)),
+        fraction("coat_weight", (0.0, 1.0)),
+        color_parameter("coat_color", (0.5, 0.98)),
+        fraction("coat_roughness", (0.05, 0.5)),
         _index("coat_ior"),
-        _weight("coat_darkening", (1.0, 1.0)),
-        _weight("fuzz_weight", (0.0, 0.6)),
-        _color("fuzz_color"),
-        _weight("fuzz_roughness", (0.2, 0.9)),
-        _weight("thin_film_weight", (0.02, 0.9)),
-        _weight("thin_film_thickness", (0.1, 0.8)),
+        fraction("coat_darkening", (1.0, 1.0)),
+        fraction("fuzz_weight", (0.0, 0.6)),
+        color_parameter("fuzz_color"),
+        fraction("fuzz_roughness", (0.2, 0.9)),
+        fraction("thin_film_weight", (0.02, 0.9)),
+        fraction("thin_film_thickness", (0.1, 0.8)),
         _index("thin_film_ior"),
     )
 
@@ -101,7 +91,7 @@ class OpenPbr(AnalyticBrdf):
         xp = namespace(*wi, *wo)
         if "angle" in values:
             wi, wo = rotate(wi, -1.0 * values["angle"]), rotate(wo, -1.0 * values["angle"])
-        wi, wo = ((w[0], w[1], xp.maximum(w[2], _GRAZING)) for w in (wi, wo))
+        wi, wo = ((w[0], w[1], xp.maximum(w[2], GRAZING)) for w in (wi, wo))
         h = half_vector(wi, wo)
         cosine = xp.minimum(dot(wi, h), 1.0)
 

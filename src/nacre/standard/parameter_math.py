@@ -1,8 +1,22 @@
-"""Functions of parameters alone."""
+"""Parameters of standard models, and functions of parameters alone."""
 
 from __future__ import annotations
 
+from nacre.analytic.model import Parameter
 from nacre.array import Array, namespace
+
+GRAZING = 1e-6
+"""Models clamp the cosines of directions to this; results for lower ones are ignored."""
+
+
+def fraction(name: str, start: tuple[float, float] = (0.05, 0.95)) -> Parameter:
+    """A number from 0 to 1; fits start within `start`."""
+    return Parameter(name, 0.0, 1.0, start)
+
+
+def color_parameter(name: str, start: tuple[float, float] = (0.02, 0.9)) -> Parameter:
+    """A color from 0 to 1; fits start within `start`."""
+    return Parameter(name, 0.0, 1.0, start, color=True)
 
 
 def of_numbers(name: str, *values: Array) -> Array:
@@ -19,6 +33,6 @@ def bounded(value: Array, low: float, high: float) -> Array:
     return of_numbers("minimum", of_numbers("maximum", value, low), high)
 
 
-def largest(color: tuple[Array, Array, Array]) -> Array:
-    red, green, blue = color
+def largest(channels: tuple[Array, Array, Array]) -> Array:
+    red, green, blue = channels
     return of_numbers("maximum", of_numbers("maximum", red, green), blue)

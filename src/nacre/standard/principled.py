@@ -26,20 +26,11 @@ from nacre.standard.cycles_film import Film
 from nacre.standard.facet_albedo import albedo_table, fresnel_table, mean_albedo_table
 from nacre.standard.lookup import interpolate
 from nacre.standard.metal_fresnel import mean_metal, metal, metal_at_82, metal_dip
-from nacre.standard.parameter_math import largest, of_numbers
+from nacre.standard.parameter_math import GRAZING, color_parameter, fraction, largest, of_numbers
 from nacre.standard.rough_diffuse import rough_diffuse
 from nacre.standard.sheen_ltc import ltc_sheen
 
-_GRAZING = 1e-6  # cosine of directions that are lower: there results are ignored
 _BRIGHTEST = 0.99  # reflectance at normal incidence that an index is found for
-
-
-def _weight(name: str, start: tuple[float, float] = (0.05, 0.95)) -> Parameter:
-    return Parameter(name, 0.0, 1.0, start)
-
-
-def _color(name: str, start: tuple[float, float]) -> Parameter:
-    return Parameter(name, 0.0, 1.0, start, color=True)
 
 
 def _index(name: str) -> Parameter:
@@ -56,20 +47,20 @@ class Principled(AnalyticBrdf):
     model = "principled"
     fitted_on: ClassVar[Literal["samples", "pictures"]] = "pictures"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        _color("base_color", (0.02, 0.9)),
-        _weight("metallic"),
-        _weight("roughness", (0.1, 0.8)),
+        color_parameter("base_color"),
+        fraction("metallic"),
+        fraction("roughness", (0.1, 0.8)),
         _index("ior"),
-        _weight("specular_ior_level", (0.3, 0.7)),
-        _color("specular_tint", (0.5, 1.0)),
-        _weight("diffuse_roughness"),
-        _weight("coat_weight"),
-        _weight("coat_roughness", (0.05, 0.5)),
+        fraction("specular_ior_level", (0.3, 0.7)),
+        color_parameter("specular_tint", (0.5, 1.0)),
+        fraction("diffuse_roughness"),
+        fraction("coat_weight"),
+        fraction("coat_roughness", (0.05, 0.5)),
         _index("coat_ior"),
-        _color("coat_tint", (0.6, 1.0)),
-        _weight("sheen_weight", (0.02, 0.5)),
-        _weight("sheen_roughness", (0.2, 0.9)),
-        _color("sheen_tint", (0.5, 1.0)),
+        color_parameter("coat_tint", (0.6, 1.0)),
+        fraction("sheen_weight", (0.02, 0.5)),
+        fraction("sheen_roughness", (0.2, 0.9)),
+        color_parameter("sheen_tint", (0.5, 1.0)),
     )
 
     @staticmethod
@@ -78,7 +69,7 @@ class Principled(AnalyticBrdf):
         if "anisotropic" in values:
             angle = (-2.0 * math.pi) * values["anisotropic_rotation"]
             wi, wo = rotate(wi, angle), rotate(wo, angle)
-        wi, wo = ((w[0], w[1], xp.maximum(w[2], _GRAZING)) for w in (wi, wo))
+        wi, wo = ((w[0], w[1], xp.maximum(w[2], GRAZING)) for w in (wi, wo))
         layers = _Layers(wi, wo)
         layers.sheen(values)
         layers.coat(values)
@@ -97,8 +88,8 @@ class AnisotropicPrincipled(Principled):
     isotropic = False
     parameters = (
         *Principled.parameters,
-        _weight("anisotropic", (0.1, 0.8)),
-        _weight("anisotropic_rotation"),
+        fraction("anisotropic", (0.1, 0.8)),
+        fraction("anisotropic_rotation"),
     )
 
 
