@@ -21,20 +21,20 @@ from nacre.export.source import Body, Language, SourceTarget
 from nacre.export.stages import Straight, Sums, Units, stages
 from nacre.export.target import WIDE
 
-_TILE = 12  # sums at a time: with what they are made of they fit 16 registers
+_TILE = 12  # sums at a time: with their operands they fit into 16 registers
 
 _PLAIN = {
     "exp": "expf", "log": "logf", "sin": "sinf", "cos": "cosf", "arcsin": "asinf",
     "arctan2": "atan2f",
 }  # fmt: skip
-"""Elementary functions, as C names them."""
+"""C's names for elementary functions."""
 
 _SUPPORT = "NACRE_C_1"
-"""What all materials have in common: it is there once, and has another name when it changes."""
+"""Guards the code that all materials share; the name must change when that does."""
 _USE = (
     "",
-    "What ends with _n takes n pairs, whose vectors lie one after the other; -O3 -march=native",
-    "vectorizes it. There is no state: any thread may call anything.",
+    "Functions that end with _n take n pairs, with vectors stored one after another; -O3",
+    "-march=native vectorizes them. There is no state: any thread may call any function.",
 )
 _INCLUDED = "math.h", "stddef.h", "stdint.h", "string.h"
 

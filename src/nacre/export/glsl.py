@@ -13,7 +13,7 @@ from nacre.export.textures.source import Dialect, TextureSourceTarget
 class GlslLanguage(Language):
     """GLSL; the program that includes the functions states its version."""
 
-    packed = False  # as fast on cards, and up to twice as fast where processors draw
+    packed = False  # as fast on graphics cards, and up to twice as fast on processors
     expanded = CIRCULAR
 
     def opening(self) -> tuple[str, ...]:

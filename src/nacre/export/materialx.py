@@ -162,7 +162,7 @@ void {name}_pdf_node(
 """
 
 _ENDINGS = {"genglsl": "_nodes.glsl", "genosl": "_nodes.osl"}
-"""Of files, by MaterialX's targets; those for ESSL, Metal and Slang inherit the first."""
+"""Ends of file names by MaterialX's targets; ESSL, Metal and Slang inherit the first."""
 
 _NODES = "reflectance", "sample", "pdf"
 

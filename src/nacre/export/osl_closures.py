@@ -46,7 +46,7 @@ shader {name}_closures(
 {tables}
 
     normal n = normalize(dot(shading_normal, shading_normal) > 0 ? shading_normal : N);
-    vector view = normalize(dot(I, Ng) > 0 ? I : -I);  // renderers do not agree where I points to
+    vector view = normalize(dot(I, Ng) > 0 ? I : -I);  // renderers disagree about the sense of I
     float facing = dot(n, view);
     float parts[NODES];
     parts[0] = 1;

@@ -16,10 +16,10 @@ from nacre.neural.nbrdf import NeuralBrdf
 from nacre.neural.prune import without_inactive_units
 
 NATIVE: Formulas = {}
-"""Languages with elementary functions that are exact need none of others."""
+"""For languages whose own elementary functions are accurate."""
 
 PAIR = {"wi": 3, "wo": 3}
-"""Parameters of functions of a pair of directions, and how many numbers each has."""
+"""Parameters for a pair of directions, and the count of numbers in each."""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ _BINDING, _WHOLE = {"add": 1, "sub": 1, "mul": 2, "div": 2, "neg": 2}, 9
 _LARGEST = float(np.finfo(np.float32).max)
 _WIDTH = 88  # characters of weights in a line
 _COMPARISONS = "lt", "le", "gt", "ge", "eq", "ne"
-_LONGEST = 60  # characters of an expression that stands where it is used
+_LONGEST = 60  # characters of an expression that is written where it is used
 
 _OPERATIONS: Mapping[str, str] = {
     "add": "{0} + {1}", "sub": "{0} - {1}", "mul": "{0} * {1}", "div": "{0} / {1}", "neg": "-{0}",
@@ -125,7 +125,7 @@ def _source(brdf: Brdf, name: str) -> str:
     parts = [
         *(f"# {line}".rstrip() for line in preamble(brdf)),
         "\nimport base64\n\nimport torch\n\n",
-        f"class {title}Brdf(torch.nn.Module):",  # a class None could not be
+        f"class {title}Brdf(torch.nn.Module):",  # a class cannot be named None
         '    """A reflectance of tensors (..., 3): float64 where one is, else float32."""\n',
         "    def __init__(self):",
         "        super().__init__()",
@@ -202,7 +202,7 @@ class _Method:
         texts = []
         for place, operand in enumerate(step.operands):
             text, own = self._operand(operand, step)
-            # What stands on the left comes first where both bind alike.
+            # With equal binding, the left operand is evaluated first.
             if infix and (own < max(binding, 1) or (place and own == binding != _WHOLE)):
                 text = f"({text})"
             texts.append(text)
@@ -229,7 +229,7 @@ class _Method:
             rows = ", ".join(f"[{number}]" for number in numbers)
             return f"wo.new_tensor([{rows}])", _WHOLE
         alone = not any(isinstance(other, int) for other in step.operands[1:])
-        # A comparison of numbers alone would be no tensor, which conditions have to be.
+        # Comparing numbers alone would not give a tensor, which conditions must be.
         constant = step.name in _COMPARISONS and not any(isinstance(o, int) for o in step.operands)
         if constant or (step.name == "where" and alone and step.kind == FLOAT):
             return f"wo.new_tensor({numbers[0]})", _WHOLE  # numbers alone would be float32

@@ -27,9 +27,9 @@ Item: TypeAlias = int | tuple[int, ...]
 """A value, or up to four that are a vector."""
 
 _UNIT_BY_UNIT = frozenset(("add", "sub", "mul", "div", "neg", "min", "max", "exp", "abs", "sqrt"))
-_LONGEST = 80  # characters of an expression that stands where it is used
+_LONGEST = 80  # characters of an expression that is written where it is used
 _BINDING = {"add": 1, "sub": 1, "mul": 2, "div": 2}
-_WEAKEST, _STRONGEST = 0, 9  # of what else takes parentheses, and of names and calls
+_WEAKEST, _STRONGEST = 0, 9  # of everything else in parentheses, and of names and calls
 _AXES = "xyzw"
 _LARGEST = float(np.finfo(np.float32).max)
 
@@ -39,11 +39,11 @@ class Language:
 
     types: ClassVar[Mapping[str, str]] = {FLOAT: "float", INDEX: "int", MASK: "bool"}
     vectors: ClassVar[str] = "vec{}"
-    """Type of a vector of so many floats; empty where there are none."""
+    """Type of a vector with some count of floats; empty if there are no vectors."""
     packed: ClassVar[bool] = True
-    """Whether four sums of a layer are one vector, where there are vectors."""
+    """Whether four sums of a layer form one vector, if there are vectors."""
     expanded: ClassVar[Formulas] = NATIVE
-    """Elementary functions that are made of others, as in :class:`nacre.compile.trace.Trace`."""
+    """Elementary functions composed of others; see :class:`nacre.compile.trace.Trace`."""
     comment: ClassVar[str] = "// "
     operations: ClassVar[Mapping[str, str]] = {
         "add": "{0} + {1}", "sub": "{0} - {1}", "mul": "{0} * {1}", "div": "{0} / {1}",
@@ -54,10 +54,10 @@ class Language:
         "log": "log({0})", "sin": "sin({0})", "cos": "cos({0})", "arcsin": "asin({0})",
         "arctan2": "atan({0}, {1})",
     }  # fmt: skip
-    """Text of each operation; of those on whole numbers, by names such as "index add"."""
+    """Text of each operation; those on whole numbers have names such as "index add"."""
     max_weights: ClassVar[float] = 10_000
-    """What layers may have as literals. Compilers take seconds for that; for twice as many, Mesa's
-    of GLSL takes most of a minute."""
+    """Limit on literals in layers. Compilers take seconds for them; for twice as many, Mesa's GLSL
+    compiler takes most of a minute."""
 
     def literal(self, value: float) -> str:
         """A float32 as text that parses to the same number."""
@@ -262,7 +262,7 @@ class Body:
             text, own = self._texts[source]
             if isinstance(item, tuple) and isinstance(source, int):
                 text, own = self._language.repeated(text, len(item)), _STRONGEST
-            # What stands on the left comes first where both bind alike.
+            # With equal binding, the left operand is evaluated first.
             if not call and (own < required or (place and own == binding)):
                 text = f"({text})"
             values.append(text)

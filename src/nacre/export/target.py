@@ -21,13 +21,13 @@ class Target(abc.ABC):
     """A language or tool that materials are exported to."""
 
     title: ClassVar[str]
-    """What the target is, in a line of a list."""
+    """Describes the target in a list."""
     holds: ClassVar[frozenset[str]] = frozenset()
-    """What it holds beside small networks and formulas: of :data:`TABLES`, :data:`WIDE` and
-    :data:`TEXTURES`."""
+    """Which of :data:`TABLES`, :data:`WIDE` and :data:`TEXTURES` it holds, besides small networks
+    and formulas."""
     model: ClassVar[str] = ""
-    """The analytic model that alone it holds, of :data:`nacre.analytic.MODELS`: any other
-    reflectance is fitted by it."""
+    """If it holds only one analytic model, its name in :data:`nacre.analytic.MODELS`; the model is
+    fitted to any other reflectance."""
 
     @abc.abstractmethod
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
@@ -90,7 +90,7 @@ TARGETS: Registry[type[Target]] = Registry(
     },
     base=Target,
 )
-"""Targets by the name that users give; packages add theirs by an entry point of `nacre.targets`."""
+"""Targets by name; packages add theirs by an entry point in `nacre.targets`."""
 
 
 def other(what: str) -> str:

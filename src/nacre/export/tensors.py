@@ -18,17 +18,17 @@ from nacre.compile.trace import FLOAT, INDEX, sources
 from nacre.export.program import Function
 
 Constants: TypeAlias = npt.NDArray[Any]
-"""One number, or one a row: float32, or int32 of indices."""
+"""One number, or one per row: float32, or int32 for indices."""
 Operand: TypeAlias = "int | Constants"
-"""An earlier step by its place, or constants."""
+"""The index of an earlier step, or constants."""
 
-_APART = frozenset(("input", "dense", "take"))  # what is not done to many rows at once
+_APART = frozenset(("input", "dense", "take"))  # operations that do not work on many rows at once
 _FOLDED: Mapping[str, Callable[..., Any]] = {
     "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide, "neg": np.negative,
     "min": np.minimum, "max": np.maximum, "sqrt": np.sqrt, "exp": np.exp, "log": np.log,
     "truncate": np.trunc, "to_float": np.float32,
 }  # fmt: skip
-"""What is computed of numbers when it is written down."""
+"""Operations that are evaluated at export if their operands are constants."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class _Builder:
             if values not in wanted:
                 wanted.add(values)
                 left.extend(self._before(values))
-        # What an item is made of has smaller numbers than the item.
+        # Operands have smaller numbers than their results.
         for values in sorted(wanted, key=lambda values: (max(values), len(values))):
             self._places[values] = self._made(values)
 
@@ -126,7 +126,7 @@ class _Builder:
     def _is_one(self, values: tuple[int, ...]) -> bool:
         """Whether values form one tensor: a layer, or what is done to its sums alike."""
         if values not in self._alike:
-            distinct = len(set(values)) == len(values)  # else a tensor would have too few rows
+            distinct = len(set(values)) == len(values)  # otherwise a tensor would have too few rows
             self._alike[values] = len(values) == 1 or (distinct and self._isomorphic(values))
         return self._alike[values]
 

@@ -14,7 +14,7 @@ from nacre.btf import Btf
 
 _MAX_NAME = 60
 _SAFE = frozenset(string.ascii_letters + string.digits + " .,:;()+-_=%")
-"""Characters that end no comment and no string of any language."""
+"""Characters that cannot end a comment or a string in any language."""
 
 
 def identifier(name: str) -> str:

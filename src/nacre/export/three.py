@@ -51,5 +51,5 @@ def _comments(lines: Sequence[str]) -> str:
 def _module(name: str, values: Mapping[str, str]) -> bytes:
     given = {**values, "REVISION": _REVISION, "NAME": name}
     template = resources.files("nacre.export").joinpath("three.js").read_text("utf-8")
-    # In one pass: what is put in may hold the name of a place.
+    # In one pass: a value may contain the name of a place.
     return re.sub(r"NACRE_([A-Z]+)", lambda place: given[place[1]], template).encode()

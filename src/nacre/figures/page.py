@@ -85,7 +85,7 @@ class Page:
         """
         axes = self.axes(x, y, width, height)
         axes.imshow(
-            display_bytes(pixels),  # Matplotlib would cut values off where this rounds
+            display_bytes(pixels),  # this rounds, where Matplotlib would truncate
             interpolation="bicubic" if smooth else "nearest",
             aspect="auto",
             interpolation_stage="rgba",

@@ -162,7 +162,7 @@ def apart(centers: Places, sizes: Places, bounds: Places) -> Places:
         hit = (over > 0.0).all(axis=2)
         if not hit.any():
             break
-        # Apart along the axis on which less is to go, each half of it.
+        # Separate along the axis with less overlap, each by half of it.
         along = over.argmin(axis=2)
         step = np.where(hit, over.min(axis=2), 0.0) * 0.5
         for axis in (0, 1):

@@ -36,7 +36,7 @@ def described_bsdf(text: str, where: str = "the description") -> MitsubaBrdf:
         ) from error
     except RecursionError as error:
         raise NacreError(f"{where}: is nested too deeply") from error
-    except ValueError as error:  # a number of endless digits
+    except ValueError as error:  # a number with too many digits
         raise NacreError(f"{where}: cannot be read: {reason(error)}") from error
     if not isinstance(description, dict) or not isinstance(description.get("type"), str):
         raise NacreError(f'{where}: expected an object with a type, like {{"type": "plastic"}}')

@@ -30,7 +30,7 @@ ALIKE, REACH = 0.3, 0.1
 UNKNOWN = 2.0
 """Standard deviation of codes around each of those that pairs are chosen for."""
 
-_BLACK = 1e-4  # added to radiance: of black, the gamma curve has no derivative
+_BLACK = 1e-4  # added to radiance: at black, the gamma curve has no derivative
 _SMALLEST = 1e-3  # conditional variance below which rounding errors would count
 
 

@@ -47,7 +47,7 @@ class MitsubaBrdf(LobeSampledBrdf):
             )
         self.bsdf = self._mi.load_dict(dict(bsdf)) if isinstance(bsdf, Mapping) else bsdf
         self.name = name
-        # Flags do not tell of normals that a texture tilts.
+        # Flags do not cover normals that a texture tilts.
         anisotropic = self.bsdf.flags() & int(self._mi.BSDFFlags.Anisotropic)
         self.isotropic = not anisotropic and unchanged_by_quarter_turn(self)
 

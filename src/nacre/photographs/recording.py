@@ -189,7 +189,7 @@ def _light(scene: Any, si: Any, hit: Any, sampler: Any, lobes: Sampler) -> Any:
     value = own / dr.select(shines, total, 1.0)
     surface = possible & found.is_valid()
     if dr.any(surface):
-        # Emitters that an integrator hides, it looks through.
+        # An integrator looks through emitters that it hides.
         path = mi.load_dict({"type": "path", "max_depth": _DEPTH})
         all_of_it, _, _ = path.sample(scene, sampler, ray, None, surface)
         value += dr.select(surface, dr.maximum(all_of_it - own, 0.0) / density, 0.0)

@@ -29,9 +29,9 @@ def render_file(
         A Mitsuba scene (`.xml`); files that it names are found beside it. Its first sensor is
         rendered.
     spp
-        Samples per pixel; those of the scene's sampler where None.
+        Samples per pixel; by default those of the scene's sampler.
     seed
-        Of the samples.
+        For the samples.
     progress
         Called with the fraction that is done, in (0, 1], after each pass.
 
@@ -116,7 +116,7 @@ def scene_bsdfs(path: PathLike) -> list[Any]:
     if not isinstance(found, mi.Scene):
         return []
     bsdfs = [shape.bsdf() for shape in found.shapes() if shape.bsdf()]
-    # A callback class made here would end the process once it is garbage.
+    # A callback class defined here would crash the process when it is collected.
     found_at = mi.traverse(found).hierarchy.items()
     bsdfs += [child for child, (_, depth) in found_at if depth == 1 and isinstance(child, mi.BSDF)]
     return list(dict.fromkeys(bsdfs))

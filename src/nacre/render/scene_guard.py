@@ -57,7 +57,7 @@ class _Files:
 
     def _parsed(self, path: Path, shown: str) -> _Size:
         level = deepest = elements = 0
-        unweighted: dict[int, int] = {}  # lines of what is open and lacks a weight, by level
+        unweighted: dict[int, int] = {}  # lines of open blendbsdfs without a weight, by level
 
         def grown(name: str, by: _Size) -> None:
             nonlocal deepest, elements

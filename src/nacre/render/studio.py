@@ -67,11 +67,11 @@ class SoftBox:
 _EDGE = math.radians(1.5)
 
 _BOXES = (
-    # The main lamp: large, slightly warm, high at the right.
+    # The main lamp: large, slightly warm, high on the right.
     SoftBox(48.0, 34.0, 34.0, 42.0, -8.0, (5.6, 5.3, 4.9)),
-    # A long strip, slightly cool, upright at the left: shows the width of a highlight.
+    # A long strip, slightly cool, upright on the left: shows the width of a highlight.
     SoftBox(-68.0, 14.0, 7.0, 74.0, 6.0, (6.6, 7.0, 7.6)),
-    # A rim lamp behind, above the horizon: lights the edges from which grazing reflection comes.
+    # A rim lamp behind, above the horizon: lights the edges, which reflect at grazing angles.
     SoftBox(158.0, 30.0, 46.0, 16.0, 0.0, (3.6, 3.6, 3.7)),
 )
 

@@ -63,7 +63,7 @@ def overcast() -> Environment:
     clouds = _waves(2.2 * x, 2.2 * z, 5, 0.4)[..., None]
     sky = (1.0 + 2.0 * np.maximum(height, 0.0)) / 3.0 * (1.0 + 0.22 * clouds)
     sky = sky * mix((0.96, 0.99, 1.03), (1.03, 1.0, 0.95), np.clip(0.5 + clouds, 0.0, 1.0))
-    # What reaches the ground from that sky is 7 pi / 9 of the zenith's radiance.
+    # The irradiance from that sky is 7 pi / 9 times the zenith's radiance.
     ground = 0.2 * 7.0 / 9.0 * mix((1.15, 1.05, 0.85), (0.95, 1.0, 0.75), -np.minimum(height, 0.0))
     pixels = mix(ground, sky, smoothstep(-0.012, 0.012, height))
     trees = 0.055 * np.array([0.85, 1.0, 0.8])
@@ -115,12 +115,12 @@ _ROOM = np.array([-2.2, -1.1, -3.0]), np.array([2.6, 1.6, 3.2])
 _WINDOW = (-0.45, 1.15), (-0.9, 1.5)  # heights and depths between which the left wall is open
 _FRAME = 0.035
 _LAMPS = (
-    # A globe in the corner at the right, and one that hangs behind the viewer.
+    # A globe in the right corner, and one that hangs behind the viewer.
     ((1.7, 0.45, 1.5), 0.17, (62.0, 42.0, 22.0)),
     ((-0.3, 1.1, 2.4), 0.13, (50.0, 36.0, 20.0)),
 )
 _WALLS = ((0.62, 0.58, 0.52), (0.50, 0.56, 0.60), (0.60, 0.57, 0.52))
-"""Colors of the walls at the left and right, of floor and ceiling, of those ahead and behind."""
+"""Colors of the left and right walls, floor and ceiling, and the walls ahead and behind."""
 _FLOOR, _CEILING = (0.30, 0.19, 0.11), (0.78, 0.77, 0.74)
 _DAY = np.array([8.5, 9.6, 11.0])
 _BOUNCED = 0.11  # light on the walls from other walls, as a radiance on white
@@ -181,7 +181,7 @@ def _lit(points: Floats, normals: Floats) -> Floats:
         way = np.asarray(source) - points
         squared = np.sum(way * way, axis=-1, keepdims=True) + 0.05
         cosine = np.maximum(np.sum(way * normals, axis=-1, keepdims=True), 0.0) / np.sqrt(squared)
-        if window:  # daylight falls in from above; what lies below the horizon is darker
+        if window:  # daylight falls in from above; light from below the horizon is darker
             below = smoothstep(-0.2, 0.3, way[..., 1:2] / np.sqrt(squared))
             cosine = (
                 cosine * (0.3 + 0.7 * below) * np.maximum(-way[..., :1], 0.0) / np.sqrt(squared)

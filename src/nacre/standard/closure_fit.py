@@ -40,15 +40,15 @@ Vector = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 
 _VIEWS, _ROUGH_VIEWS = (80, 512, 12), (32, 200, 6)  # views, directions and lights of each
-_GRAZING = 1.3  # power of an even number that is the facing ratio of half of the views
+_GRAZING = 1.3  # half of the views have a uniform number to this power as their facing ratio
 _SIZE, _ROUGH_SIZE = 40, 20  # pixels along an edge of a sphere
 _FRONT, _BACK = np.linspace(0.0, 75.0, 12), np.linspace(80.0, 174.0, 20)  # degrees, light and view
 _WEIGHTS = 1.5, 2.5, 0.7  # of the kinds of pictures: views, front, back
 _SMOOTH = 2e-3  # weight of a step between nodes
-_DARK = 3e-4  # added to what is seen: the gamma curve is steepest where little is to be seen
-_FLOOR = 1e-6  # mean squared error that no picture need be below
+_DARK = 3e-4  # added to radiance, because the gamma curve is steepest in the dark
+_FLOOR = 1e-6  # mean squared errors below this do not count
 _BEND = -0.4  # lowest bend over the facing ratio: mirror directions stay above the horizon
-_DIFFUSE_BEND = -0.9  # the same of the diffuse closure: its normal faces the viewer
+_DIFFUSE_BEND = -0.9  # the same for the diffuse closure: its normal faces the viewer
 _NARROW = 0.1  # smallest roughness: narrower lobes than the cells of tables sparkle
 _STEP = 1e-4  # of differences
 _STARTS = ((0.2, 0.4, 0.7), (0.1, 0.25, 0.5), (0.4, 0.6, 0.9), (0.1, 0.4, 0.8))
@@ -327,7 +327,7 @@ def _start(roughness: tuple[float, ...]) -> Vector:
 
 def _keeping_energy(model: Callable[..., Brdf], brdf: Brdf, table: Vector) -> tuple[Vector, float]:
     """Numbers with which no view reflects more than 1, unless the reflectance does; the albedo."""
-    nodes = np.maximum(NODES, 0.02)  # views along the surface see nothing
+    nodes = np.maximum(NODES, 0.02)  # views along the surface show nothing
     facing = np.sort(np.concatenate([nodes, 0.5 * (nodes[1:] + nodes[:-1])]))
     angles = np.stack([np.arccos(facing), np.zeros_like(facing)])
     limit = np.maximum(albedos(brdf, angles, 16), 1.0)

@@ -56,7 +56,7 @@ class Film:
             through = 1.0 - outer
             all_orders = through * through * b * b / (1.0 - round_trip * round_trip)
             base = base + 0.5 * (outer + all_orders)
-            # Both polarizations count half, and each order twice.
+            # Each polarization has weight 1/2, and each order 2.
             weight = all_orders - through
             for k in range(_ORDERS):
                 weight = weight * round_trip

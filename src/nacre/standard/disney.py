@@ -19,7 +19,7 @@ from nacre.sampling.visible_normals import MIN_ROUGHNESS, distribution, stretche
 from nacre.standard.parameter_math import GRAZING, color_parameter, fraction, of_numbers
 
 _COAT_NORMAL = 0.04  # the coat's reflectance at normal incidence
-_COAT_MASKING = 0.25  # roughness of what masks it
+_COAT_MASKING = 0.25  # roughness in its masking
 
 
 class Disney(AnalyticBrdf):
@@ -103,7 +103,7 @@ def _coat(gloss: Array, wi: Components, wo: Components, h: Components, rise: Arr
     alpha = 0.1 + (0.001 - 0.1) * gloss
     square = alpha * alpha
     scale = (square - 1.0) / (math.pi * of_numbers("log", square))
-    # 1 + (alpha^2 - 1) h_z^2 without the difference of what is nearly the same
+    # 1 + (alpha^2 - 1) h_z^2 without cancellation
     facets = scale / (h[0] * h[0] + h[1] * h[1] + square * h[2] * h[2])
     masks = [
         2.0 * w[2] / (w[2] + stretched_length(w, (_COAT_MASKING, _COAT_MASKING))) for w in (wi, wo)

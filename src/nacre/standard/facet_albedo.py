@@ -46,7 +46,7 @@ def fresnel_table() -> Table:
     roughness, cosine and sqrt((n - 1) / (n + 1)) for the refractive index n, each from 0 to 1.
     """
     rough = cosine = _nodes(_FRESNEL_NODES)
-    # The mean is a product of a histogram of cosines with facets and the reflectance of those.
+    # The mean is the product of a histogram of cosines with facets and their reflectance.
     edges = np.linspace(0.0, 1.0, _BINS + 1)
     counts = np.zeros((len(rough), len(cosine), _BINS + 1))
     for i, alpha in enumerate(rough**2):

@@ -32,10 +32,10 @@ from nacre.standard.parameter_math import largest, of_numbers
 from nacre.standard.sheen import charlie, charlie_albedo
 
 MAX_INDEX = 5.0  # germanium has 4; the specification sets no limit
-MAX_SPECULAR_COLOR = 25.0  # at the index 1.5, what reflects all; the specification sets no limit
+MAX_SPECULAR_COLOR = 25.0  # total reflection at index 1.5; the specification sets no limit
 MAX_THICKNESS = 1e4  # nm, far beyond where interference shows; the specification sets no limit
 
-_THINNEST = 0.03  # nm; viewers show no film of no thickness
+_THINNEST = 0.03  # nm; below, viewers fade the film out
 _COAT = 0.04  # reflectance of a coat of index 1.5
 
 

@@ -30,7 +30,7 @@ from nacre.standard.parameter_math import GRAZING, color_parameter, fraction, la
 from nacre.standard.rough_diffuse import rough_diffuse
 from nacre.standard.sheen_ltc import ltc_sheen
 
-_BRIGHTEST = 0.99  # reflectance at normal incidence that an index is found for
+_BRIGHTEST = 0.99  # highest reflectance at normal incidence that gets an index
 
 
 def _index(name: str) -> Parameter:
@@ -160,7 +160,7 @@ class _Layers:
         first = [of_numbers("minimum", level * tint, 1.0) for tint in tints]
         again = [facets.again(f + (1.0 - f) * mean) for f in first]
         if film is None:
-            # Of high indices it is lowest at Brewster's angle.
+            # For high indices it is lowest at Brewster's angle.
             rise = self._xp.maximum((dielectric(self._cosine, index) - normal) * span, 0.0)
             rises = self._xp.minimum(rise, 1.0), facets.mean_rise(index)
             once, seen = ([f + (1.0 - f) * r for f in first] for r in rises)

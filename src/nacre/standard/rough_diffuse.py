@@ -63,6 +63,6 @@ def _loss(cosine: Array) -> Array:
     sine = xp.sqrt(xp.maximum(1.0 - cosine * cosine, 1e-12))
     angle = xp.arctan2(sine, cosine)
     g = sine * (angle - 2.0 / 3.0 - sine * cosine)
-    # sin (1 - sin^3) / cos without the difference that vanishes with the cosine
+    # sin (1 - sin^3) / cos without cancellation at small cosines
     g = g + (2.0 / 3.0) * sine * cosine * (1.0 + sine + sine * sine) / (1.0 + sine)
     return _SINGLE - g * (1.0 / math.pi)

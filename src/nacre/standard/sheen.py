@@ -12,13 +12,13 @@ import math
 from nacre.array import Array, Components, namespace
 from nacre.standard.parameter_math import of_numbers
 
-_MIN_ALPHA = 1e-4  # of fibers that lean away from the normal too little to be seen
-_BOUNDS = (  # of the five numbers of the masking's fit, at alpha = 1 and at 0
+_MIN_ALPHA = 1e-4  # below, fibers are too close to the normal to be seen
+_BOUNDS = (  # the five numbers of the masking's fit, at alpha = 1 and at 0
     *((21.5473, 25.3245), (3.82987, 3.32435), (0.19823, 0.16801)),
     *((-1.97760, -1.27393), (-4.32054, -4.85967)),
 )
 _MIN_FITTED = 0.1
-_ALBEDO = (  # of 1, the cosine and its square; of powers of the roughness less 0.5
+_ALBEDO = (  # rows: 1, the cosine, its square; columns: powers of roughness - 0.5
     (-0.3338, 0.002444, 2.021, -4.924, 5.34, -4.316),
     (-2.57, 4.143, -5.65, 25.51, -109.9, 129.5),
     (-0.3006, 1.754, -9.926, 14.18, 45.33, -86.69),
@@ -33,7 +33,7 @@ def charlie(h: Components, wi: Components, wo: Components, alpha: Array) -> Arra
     sine2 = xp.maximum(h[0] * h[0] + h[1] * h[1], 1e-12)
     density = (2.0 + inverse) * xp.exp(0.5 * inverse * xp.log(sine2)) / (2.0 * math.pi)
     masking = 1.0 + _masking(wi[2], alpha) + _masking(wo[2], alpha)
-    # Viewers keep what is seen of the fibers below 1: close to the horizon they would glow.
+    # Viewers clamp this to 1, because fibers would glow close to the horizon.
     seen = xp.minimum(1.0 / (4.0 * xp.maximum(wi[2] * wo[2], 1e-9) * masking), 1.0)
     return density * seen
 

@@ -18,8 +18,7 @@ _GAUSSIANS = (
     ((4.4201e-13, 1.7953, 9.3046e9),),
     ((5.2481e-13, 2.2084, 6.6121e9),),
 )
-"""Height, place in 1/um and variance in 1/m^2 of those of x, y and z (section 4.2, from the
-supplemental code)."""
+"""Height, place in 1/um and variance in 1/m^2 for x, y and z (section 4.2, supplemental code)."""
 
 _NORM = 1.0685e-7  # of the color matching functions
 
@@ -28,7 +27,7 @@ _TO_CIE_RGB = (
     (-0.5138850, 1.4253036, 0.0885814),
     (0.0052982, -0.0146949, 1.0093968),
 )
-"""From XYZ to the RGB of CIE 1931 with equal energy as white, as the paper's code has it."""
+"""From XYZ to the RGB of CIE 1931 with equal energy as white, as in the paper's code."""
 
 
 def refracted(cosine: Array, index: Array) -> Array:

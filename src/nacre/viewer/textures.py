@@ -118,7 +118,7 @@ class PageTexture:
         pairs = squares[LUMAS:].reshape(2, CHROMAS).mean(axis=0)
         sizes = np.sqrt(np.concatenate([squares[:LUMAS], pairs]))
         coarse = _FUNCTION_STEP * luma / np.maximum(sizes, _SMALLEST * luma)
-        # A black texture has no luma; its bytes have steps of no meaning.
+        # A black texture has no luma; the steps of its bytes have no meaning.
         rounded = (
             Rounded.of(weights, np.full(weights.shape[1], max(_WEIGHT_STEP * luma, 1e-6))),
             Rounded.of(functions, np.maximum(np.nan_to_num(coarse), 1e-6)),

@@ -140,7 +140,7 @@ class NACRE_OT_make_library(bpy.types.Operator):
 
 
 class NACRE_PT_material(bpy.types.Panel):
-    """What is known of an imported material."""
+    """Facts about an imported material."""
 
     bl_label = "nacre"
     bl_space_type = "PROPERTIES"
@@ -166,7 +166,7 @@ def facts_of(material: Any) -> dict[str, str]:
 
 
 _MARK = "nacre: "
-"""What lines begin with that the Blender of a library prints for the one that started it."""
+"""Prefix of the lines that a library's Blender prints for the one that started it."""
 
 
 def _add_library(libraries: Any, folder: Path) -> None:
@@ -203,7 +203,7 @@ def _main(folder: str) -> None:
             print(f"{_MARK}{line}", flush=True)
     except MaterialError as error:
         print(f"{_MARK}{error}", flush=True)
-        # Blender would go on with code 0 after an exception.
+        # After an exception, Blender would continue and exit with code 0.
         os._exit(1)
 
 

@@ -12,10 +12,10 @@ from nacre.export.blender_addon.nodes import build
 from nacre.export.blender_addon.reading import MaterialError, read_file
 
 LIBRARY = "nacre_materials.blend"
-"""Name of the file that a library of a folder is."""
+"""File name of a folder's library."""
 
 CATALOGS = "blender_assets.cats.txt"
-"""Name that Blender gives the file of a library's catalogs."""
+"""Blender's file name for the catalogs of a library."""
 
 
 def write_library(folder: Path) -> Iterator[str]:

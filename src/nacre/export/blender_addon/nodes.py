@@ -8,7 +8,7 @@ import bpy
 from nacre.export.blender_addon.reading import BENDS, FACING, LOBES, NacreMaterial, Rows
 
 PROPERTY = "nacre"
-"""Custom property of a material: what is known of it."""
+"""Custom property of a material with facts about it."""
 
 _LOBE = "nacre bent GGX"
 
@@ -18,7 +18,7 @@ def build(given: NacreMaterial) -> Any:
     material = bpy.data.materials.new(given.name)
     if bpy.app.version < (5, 0, 0):
         material.use_nodes = True
-    material.use_fake_user = True  # else it is lost where no object has it
+    material.use_fake_user = True  # otherwise it is lost if no object uses it
     # Cycles would darken closures whose normals are not the surface's, and turn such normals.
     material.cycles.use_bump_map_correction = False
     tree = material.node_tree
@@ -51,7 +51,7 @@ def _closures(tree: Any, given: NacreMaterial) -> tuple[Any, list[str]]:
 def _principled(tree: Any, given: NacreMaterial) -> tuple[Any, list[str]]:
     node = tree.nodes.new("ShaderNodeBsdfPrincipled")
     if "anisotropic" in given.values:
-        # Without it, Blender takes a tangent about the z axis of the object.
+        # Otherwise Blender uses a tangent around the object's z axis.
         tangent = tree.nodes.new("ShaderNodeTangent")
         tangent.direction_type, tangent.location = "UV_MAP", (-300.0, 0.0)
         tree.links.new(tangent.outputs[0], node.inputs["Tangent"])
@@ -127,7 +127,7 @@ def _lobe_group() -> Any:
     product = nodes.math("MULTIPLY", 1, 1, given["Along"], given["Across"])
     larger = nodes.math("MAXIMUM", 1, 2, given["Along"], given["Across"])
     difference = nodes.math("SUBTRACT", 1, 3, given["Across"], given["Along"])
-    # Seen from straight above, the view is no tangent: then any direction will do.
+    # From straight above, the view gives no tangent, and any direction will do.
     aside = nodes.vector("ADD", 1, 4, view)
     aside.node.inputs[1].default_value = 6e-5, -4e-5, 7e-5
     closure = nodes.new("ShaderNodeBsdfAnisotropic", 5, 1, Color=given["Color"], Tangent=aside)

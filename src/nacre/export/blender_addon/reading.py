@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 Rows = list[list[float]]
-"""A table: up to three rows, those of a color one a channel; a number is one row of one."""
+"""A table of up to three rows: a color has a row per channel, a number one row of one."""
 
 FACING = tuple(k / 15 for k in (0, 1, 2, 3, 5, 7, 9, 12, 15))
-"""Cosines between normal and view where tables of closures have their numbers."""
+"""Cosines between normal and view at the nodes of closures' tables."""
 
 LOBES = 3
 """GGX closures of a mixture."""
@@ -20,7 +20,7 @@ BENDS = -0.9, 5.0
 _MAX_BYTES = 1 << 20
 _MAX_TEXT = 200
 _SETTINGS = frozenset({"gain", "samples", "starts", "seed"})
-"""Of fits, which say nothing of the result."""
+"""Settings of fits, which tell nothing about the result."""
 _Table = tuple[int, float, float]  # rows of a table, and the range of its numbers
 
 

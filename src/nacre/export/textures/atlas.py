@@ -23,11 +23,11 @@ from nacre.textures.mipmap import level_shapes
 Halves = npt.NDArray[np.float16]
 
 RESOLUTION = 16
-"""Of the grid of directions: 15 MB of functions."""
+"""Nodes along each axis of the grid of directions; functions then take 15 MB."""
 LARGEST = 4096
-"""Pixels along an edge of an array: what nearly all graphics cards can hold."""
+"""Pixels along an edge of an array that nearly all graphics cards support."""
 LUMA_LAYERS, CHROMA_LAYERS = LUMAS // 4, CHROMAS // 4
-"""Of functions: four to a layer."""
+"""Layers of functions, four functions in each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class TextureAtlas:
     Parameters
     ----------
     height, width
-        Of the map.
+        Size of the map.
     weights
         For texels of all levels, shape (layers, rows, columns, 4): luma, then the first and the
         second value of the chroma pair. Level 0 starts in the corner; the others lie in a strip

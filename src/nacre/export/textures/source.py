@@ -34,7 +34,7 @@ _CONVENTIONS = (
 )
 _WIDE_STRIP = "$ivec2($width_i - ($width_i >> $uint(level - 1)), $height_i)"
 _TALL_STRIP = "$ivec2($width_i, $height_i - ($height_i >> $uint(level - 1)))"
-"""Where levels begin: :func:`nacre.export.textures.atlas.level_origin`."""
+"""Where levels start; see :func:`nacre.export.textures.atlas.level_origin`."""
 
 
 @dataclass(frozen=True)
@@ -190,7 +190,7 @@ class TextureSourceTarget(TextureTarget, SourceTarget):
 
     dialect: ClassVar[Dialect]
     texture_language: ClassVar[Language | None] = None
-    """Of textures, where it is not the :attr:`language` of reflectances."""
+    """For textures, if it differs from the :attr:`language` for reflectances."""
 
     def reflectance_files(self, brdf: Brdf, name: str) -> Mapping[str, bytes]:
         return SourceTarget.files(self, brdf, name)

@@ -16,7 +16,7 @@ from nacre.export.textures.source import texture_source
 from nacre.export.wgsl import Wgsl
 
 SAMPLES = 8
-"""Of the surroundings, for each pixel: textures take more time than reflectances."""
+"""Of the surroundings, per pixel; fewer than for reflectances, which take less time."""
 
 _GLSL = """
 vec3 AT_begin(vec2 uv, vec2 along, vec2 across, vec3 wo) {

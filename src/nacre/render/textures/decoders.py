@@ -19,7 +19,7 @@ from nacre.textures.codecs.basis.networks import direction_components, wide_feat
 from nacre.textures.factors import CHROMAS, LUMAS, Factors, grid_place
 
 Weighed: TypeAlias = "list[tuple[list[Any], Any]]"
-"""Weights of functions, of each texel around a hit, and its weight."""
+"""For each texel around a hit, weights of functions, and the weight of the texel."""
 
 
 class HitDecoder(Protocol):

@@ -41,7 +41,7 @@ class MeasuredDecoder:
                 f"{btf.name}: its table needs {2 * size / 2**20:,.0f} MiB, {limit / 2**20:,.0f} "
                 "are allowed; encode it (nacre fit) and render that, or raise memory"
             )
-        # A fourth value keeps the three of a color on one line of the cache.
+        # A fourth value keeps each color in one cache line.
         table = aligned_zeros((btf.texel_count, btf.pair_count, 4), np.float16)
         for block in btf.blocks(_BLOCK):
             with np.errstate(over="ignore"):

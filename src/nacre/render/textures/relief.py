@@ -29,7 +29,7 @@ class Relief:
         self._mi, self._aspect, self._shape = mi, aspect, field.shape
         self._bottom, self._top = float(field.min()), float(field.max())
         tensor = mi.TensorXf(field[:, :, None].astype(np.float32))
-        # Graphics cards filter by fractions of 8 bits, which would make steps of a slope.
+        # Graphics cards filter with fractions of 8 bits, which would turn slopes into steps.
         self._field = mi.Texture2f(
             tensor, wrap_mode=dr.WrapMode.Repeat, migrate=False, use_accel=False
         )

@@ -19,7 +19,7 @@ INTERPOLATIONS = "stochastic", "linear", "nearest"
 Corners: TypeAlias = "list[tuple[Any, Any]]"
 """Indices of texels or nodes, and weights that add up to 1."""
 
-_ROW = 16  # numbers that are read at a time
+_ROW = 16  # numbers that are read together
 
 
 class TexelGrid:

@@ -11,7 +11,7 @@ from nacre.errors import FormatError, printable, reason
 from nacre.io.files import check_json
 
 FACTS = "nacre"
-"""Name of what holds :func:`facts_of` in a file."""
+"""Name of the entry for :func:`facts_of` in a file."""
 
 _FACT_KEYS = "name", "metadata"
 

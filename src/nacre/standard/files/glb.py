@@ -28,7 +28,7 @@ _JSON, _BINARY = 0x4E4F534A, 0x004E4942  # "JSON" and "BIN\0"
 _HEADER = struct.Struct("<4s4I")  # magic, version, length; length and kind of the first chunk
 _LIMIT = 1 << 24  # bytes of JSON
 _FLOAT, _SHORT = 5126, 5123
-_VERTICES, _INDICES = 34962, 34963  # what buffer views are bound to
+_VERTICES, _INDICES = 34962, 34963  # targets of buffer views
 
 
 def encode(brdf: Gltf, mesh: Mesh | None = None) -> bytes:

@@ -188,7 +188,7 @@ class _Shader:
             known = ", ".join([*_GAMMAS, "srgb_texture"])
             raise FormatError(f"{field}: color space {space[:40]!r} is not one of {known}")
         if not all(0.0 <= c <= 1.0 for c in color):
-            return color  # out of bounds, as its reader will say
+            return color  # out of bounds, which the caller reports
         if space == "srgb_texture":
             return list(srgb_to_linear(np.array(color)))
         return [c ** _GAMMAS[space] for c in color]

@@ -39,7 +39,7 @@ def sphere() -> Mesh:
     """The unit sphere in rings of latitude; tangents point east."""
     columns, rows = np.arange(_SEGMENTS + 1), np.arange(_RINGS + 1)
     u, v = np.meshgrid(columns / _SEGMENTS, rows / _RINGS)
-    u[0] += 0.5 / _SEGMENTS  # a pole has one vertex a triangle, at its middle
+    u[0] += 0.5 / _SEGMENTS  # each triangle has its own vertex at the pole, at its middle
     u[-1] -= 0.5 / _SEGMENTS
     theta, phi = math.pi * v, 2.0 * math.pi * u
     up, radius, east = np.cos(theta), np.sin(theta), np.zeros_like(u)
