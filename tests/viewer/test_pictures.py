@@ -17,12 +17,12 @@ from nacre.color import tone_map
 from nacre.neural import Recipe
 from nacre.render.environment import Environment
 from nacre.render.studio import studio
-from nacre.viewer.content import MAP_SIZE, Entry, page
+from nacre.viewer.content import MAP_SIZE, Entry
 from tests.analytic.materials import EXAMPLES
 from tests.oracles.pictures import rendered as rendered_by_mitsuba
 from tests.oracles.runners import browser
 from tests.variants import require_mitsuba
-from tests.viewer.tab import Tab
+from tests.viewer.tab import Tab, page
 
 SIZE, FRAMES = 32, 128
 CHOSEN = "ggx", "openpbr", "gltf", "principled", "disney-anisotropic", "closures"

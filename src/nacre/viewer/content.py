@@ -190,18 +190,6 @@ class Content:
         self.facts["environments"].append(shown)
 
 
-def page(
-    title: str,
-    entries: Sequence[Entry],
-    environments: Sequence[Environment],
-) -> bytes:
-    """A page with materials under environments, as UTF-8; see :class:`Content`."""
-    content = Content(environments)
-    for entry in entries:
-        content.add(entry)
-    return content.page(title)
-
-
 def _known(brdf: Brdf) -> dict[str, str]:
     known = brdf.describe()
     return {
