@@ -21,9 +21,9 @@ import nacre
 from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.color import luminance, tone_map
-from nacre.figures.chart import COLORS
 from nacre.figures.lobes import lobe
 from nacre.figures.page import FAINT, INK, Page, magma
+from nacre.figures.plot import COLORS
 from nacre.formats import load_brdf
 from nacre.geometry import split
 from nacre.latent import pretrained_basis

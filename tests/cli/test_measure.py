@@ -91,7 +91,7 @@ def test_a_material_of_a_scene_is_measured(tmp_path):
         ('{"type": "nonsense"}', "nonsense"),
         ('{"type": "diffuse", "wrong": 1}', "wrong"),
         ('{"type": "sphere"}', "is not a BSDF"),
-        ('{"type": "conductor"}', "single directions only"),
+        ('{"type": "conductor"}', "only in single directions"),
         ('{"type": 3}', "expected an object with a type"),
         ('{"type": "diffuse", "reflectance": NaN}', "NaN is not a number"),
         ("[" * 100_000, "nested too deeply"),

@@ -19,8 +19,8 @@ from nacre.analytic.file import encode
 from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.export import TARGETS
+from nacre.export.blender import ADDON, addon
 from nacre.export.blender_addon import reading
-from nacre.export.blender_closures import ADDON, addon
 from nacre.render.lights import DirectionalLight
 from nacre.render.sphere import render_sphere
 from nacre.standard import closures

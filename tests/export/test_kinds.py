@@ -145,7 +145,7 @@ def test_what_is_no_formula_is_refused_in_one_line(target: str, name: str, tmp_p
 
 def test_a_measured_table_is_refused(tmp_path) -> None:
     brdf = nacre.load(require_data("rgl", "acrylic_felt_green_rgb.bsdf"))
-    with pytest.raises(NacreError, match="nacre fit makes a network of it"):
+    with pytest.raises(NacreError, match=r"fit a network to it first \(nacre fit\)"):
         export(brdf, "slang", f"{tmp_path}/")
 
 

@@ -77,7 +77,7 @@ def test_a_target_holds_it_or_says_which_do(target, what, made, words):
 
 @pytest.mark.parametrize("target", list(TARGETS))
 def test_no_target_drops_spectra_or_texels_silently(target):
-    with pytest.raises(NacreError, match=r"is spectral, and all targets hold RGB: nacre fit"):
+    with pytest.raises(NacreError, match=r"is spectral, and all targets hold RGB: fit a network"):
         TARGETS[target]().files(_Spectral(name="band"), "x")
     if TEXTURES not in TARGETS[target].holds:
         texture = TableBtf(np.zeros((1, 1, 1, 3)), *(np.array([[0.0, 0.0, 1.0]]),) * 2)

@@ -204,7 +204,7 @@ def test_a_table_is_refused_with_what_to_do() -> None:
         def eval_components(self, wi, wo):
             return tuple(np.maximum.accumulate(x) for x in wi)
 
-    with pytest.raises(NacreError, match="nacre fit makes a network of it"):
+    with pytest.raises(NacreError, match=r"fit a network to it first \(nacre fit\)"):
         export(Opaque(name="felt"), "glsl")
 
 

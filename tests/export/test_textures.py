@@ -143,7 +143,7 @@ def test_what_is_no_encoded_texture_is_refused() -> None:
     with pytest.raises(NacreError, match="not encoded; nacre fit encodes"):
         TextureAtlas.of(picture(np.ones((2, 2, 3))))
     wide = np.broadcast_to(latent.codes[:1, :1], (1, LARGEST + 1, latent.codes.shape[2]))
-    with pytest.raises(NacreError, match=r"4097 x 1 texels .* 4096 are the most"):
+    with pytest.raises(NacreError, match=r"4097 x 1 texels .* the limit is 4096 x 4096"):
         TextureAtlas.of(LatentMap(wide, latent.codec, latent.wi, latent.wo, NAME))
 
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from nacre.errors import NacreError
-from nacre.figures import rendering_panels
+from nacre.figures.difference_sheet import difference, panels_size, rendering_panels
 from nacre.figures.page import Page, magma, scale_end
-from nacre.figures.rendering_panels import difference, panels_size
 from nacre.metrics.temporal import temporal_errors
 
 
@@ -52,7 +51,7 @@ def test_panels_show_both_renderings_and_one_scale_for_all_frames(
     monkeypatch.setattr(Page, "text_width", lambda page, text: 0.0)
     truths = [np.full((64, 64, 3), value, np.float32) for value in (0.0, 0.6)]
     others = [truths[0] + 0.03, truths[1] - [0.0, 0.3, 0.1]]
-    pages = list(rendering_panels.rendering_panels(truths, others, ("a", "b"), "figures"))
+    pages = list(rendering_panels(truths, others, ("a", "b"), "figures"))
     width, height = panels_size(64)
     assert [page.shape for page in pages] == [(height, width, 3)] * 2
     assert texts[:5] == ["Reference", "Model", "Difference", "a", "b"]
@@ -70,5 +69,5 @@ def test_panels_show_both_renderings_and_one_scale_for_all_frames(
 def test_the_size_of_panels_is_known_before(size: int) -> None:
     pytest.importorskip("PIL", reason="needs the extra 'render'")
     picture = np.zeros((size, size, 3), np.float32)
-    (page,) = rendering_panels.rendering_panels([picture], [picture])
+    (page,) = rendering_panels([picture], [picture])
     assert page.shape[1::-1] == panels_size(size)

@@ -135,7 +135,7 @@ def test_pictures_that_show_nothing_are_refused(mi, tmp_path):
     kept = work._photograph(picture, recording)
     assert kept.values.tolist() == [[0.5] * 3] * 2
     assert kept.recording.pixels.tolist() == [[0, 0], [1, 1]]
-    with pytest.raises(NacreError, match="the material is black all over"):
+    with pytest.raises(NacreError, match="every pixel of the material is black"):
         work._photograph(0.0 * picture, recording)
     with pytest.raises(NacreError, match="no pixel of the material is finite"):
         work._photograph(np.full((2, 2, 3), np.inf), recording)

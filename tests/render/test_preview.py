@@ -59,8 +59,8 @@ def test04_the_given_environment_lights():
     [
         ({"shape": "cube"}, "ball, sphere"),
         ({"light": "candle"}, "environment, directional"),
-        ({"size": 0}, "pixels an edge"),
-        ({"size": (16, 100_000)}, "pixels an edge"),
+        ({"size": 0}, "pixels per edge"),
+        ({"size": (16, 100_000)}, "pixels per edge"),
         ({"spp": 0}, "at least 1 sample"),
     ],
 )

@@ -47,7 +47,7 @@ def test_a_scene_with_nacre_plugins_is_rendered(scene: Path) -> None:
     [
         ("<scene", "is not XML"),
         ('<scene version="3.0.0"/>', "has no sensor"),
-        ('<bsdf version="3.0.0" type="diffuse"/>', "is no <scene>, but a "),
+        ('<bsdf version="3.0.0" type="diffuse"/>', "is not a <scene> but a "),
         ('<scene version="3.0.0"><bsdf type="nosuch"/></scene>', "Mitsuba: .*nosuch"),
         (
             '<scene version="3.0.0"><bsdf type="brdf"><string name="filename" value="absent.bsdf"/>'

@@ -111,7 +111,7 @@ def quick(monkeypatch):
 
 
 def test_a_fit_shows_what_it_was_fitted_to(quick):
-    values, facts = closure_fit.fit_closures(EXAMPLES["ggx"], 0, silent)
+    values, facts = closure_fit.fit_closures(Closures, EXAMPLES["ggx"], 0, silent)
     assert facts["views_psnr"] > 38.0
     assert facts["directional_psnr"] > 38.0
     shown, truth = (
@@ -121,7 +121,7 @@ def test_a_fit_shows_what_it_was_fitted_to(quick):
 
 
 def test_a_fit_gains_no_energy(quick):
-    values, facts = closure_fit.fit_closures(Lambert(diffuse=(1.0, 1.0, 1.0)), 0, silent)
+    values, facts = closure_fit.fit_closures(Closures, Lambert(diffuse=(1.0, 1.0, 1.0)), 0, silent)
     angles = np.stack([np.linspace(0.0, 1.5, 30), np.zeros(30)])
     assert albedos(Closures(**values), angles, 16).max() < 1.01
     assert facts["max_albedo"] < 1.0 + 1e-5

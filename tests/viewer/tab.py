@@ -8,6 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from nacre.render.environment import Environment
+from nacre.viewer.content import Content, Entry
+
 _SECONDS = 180.0
 """How long a page may take for anything: software draws it, beside other work."""
 _ENCODED = """window.encoded = ({ buffer }) => {
@@ -105,3 +108,15 @@ class Tab:
         if folder:
             Path(folder).mkdir(parents=True, exist_ok=True)
             self.page.screenshot(path=Path(folder) / f"{name}.png")
+
+
+def page(
+    title: str,
+    entries: Sequence[Entry],
+    environments: Sequence[Environment],
+) -> bytes:
+    """A page with materials under environments, as UTF-8; see :class:`Content`."""
+    content = Content(environments)
+    for entry in entries:
+        content.add(entry)
+    return content.page(title)

@@ -19,13 +19,13 @@ from nacre.metrics import angular_errors, image_errors
 from nacre.render.lights import DirectionalLight
 from nacre.render.sphere import render_sphere
 from nacre.render.studio import studio
-from nacre.viewer.content import Entry, page
+from nacre.viewer.content import Entry
 from tests.analytic.materials import EXAMPLES
 from tests.export.test_kinds import network
 from tests.measured.support import material, tensor_bytes
 from tests.specimens.tables import mbsdf_file
 from tests.tiers import tiered
-from tests.viewer.tab import Tab
+from tests.viewer.tab import Tab, page
 from tests.viewer.test_tables import merl_file
 
 SIZE = 64

@@ -20,9 +20,9 @@ from nacre.figures.lobes import lobe
 from nacre.geometry import from_spherical, join
 from nacre.metrics.physics import albedo
 from nacre.render.environment import Environment
-from nacre.viewer.content import Entry, page
+from nacre.viewer.content import Entry
 from tests.render.reflectances import network
-from tests.viewer.tab import Tab
+from tests.viewer.tab import Tab, page
 
 MATERIALS: dict[str, Brdf] = {
     "network": network(3, isotropic=False),

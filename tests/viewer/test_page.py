@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 
 from nacre.render.studio import studio
-from nacre.viewer.content import Entry, page
+from nacre.viewer.content import Entry
 from tests.analytic.materials import EXAMPLES
 from tests.export.support import needs
 from tests.tiers import tiered
-from tests.viewer.tab import Tab
+from tests.viewer.tab import Tab, page
 
 HOSTILE = "<img src=x onerror=alert(1)>&amp;</script><script>alert(2)</script>"
 AXE = Path(sys.prefix) / "three/node_modules/axe-core/axe.min.js"  # by scripts/setup.py

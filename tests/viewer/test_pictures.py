@@ -17,14 +17,13 @@ from nacre.color import tone_map
 from nacre.neural import Recipe
 from nacre.render.environment import Environment
 from nacre.render.studio import studio
-from nacre.viewer.content import Entry, page
-from nacre.viewer.environments import MAP_SIZE
+from nacre.viewer.content import MAP_SIZE, Entry
 from tests.analytic.materials import EXAMPLES
 from tests.oracles.pictures import rendered as rendered_by_mitsuba
 from tests.oracles.runners import browser
 from tests.tiers import tiered
 from tests.variants import require_mitsuba
-from tests.viewer.tab import Tab
+from tests.viewer.tab import Tab, page
 
 SIZE, FRAMES = 32, 128
 CHOSEN = "ggx", "openpbr", "gltf", "principled", "disney-anisotropic", "closures"

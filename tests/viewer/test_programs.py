@@ -12,9 +12,9 @@ from nacre.neural.nbrdf import NeuralBrdf
 from nacre.numerics.mlp import Layer
 from nacre.render.studio import studio
 from nacre.sampling import BlinnPhongMixture, GgxLobe, GgxMixture
-from nacre.viewer.content import Entry, page
+from nacre.viewer.content import Entry
 from tests.oracles.pairs import pairs
-from tests.viewer.tab import Tab
+from tests.viewer.tab import Tab, page
 
 DRAWN = """([index, wo, u]) => {
   const { renderer, materials } = window.page, { gl } = renderer;

@@ -17,13 +17,13 @@ from nacre.formats import load_brdf
 from nacre.geometry import split
 from nacre.measured.merl import load as load_merl
 from nacre.render.studio import studio
-from nacre.viewer.content import Entry, page
+from nacre.viewer.content import Entry
 from nacre.viewer.tables import SAMPLER, halves
 from tests.data import require_data
 from tests.measured.support import hemisphere, material, tensor_bytes
 from tests.specimens.tables import mbsdf_file
 from tests.tiers import tiered
-from tests.viewer.tab import Tab
+from tests.viewer.tab import Tab, page
 from tests.viewer.test_pictures import environment, integrated, rendered
 
 AZIMUTHS = {

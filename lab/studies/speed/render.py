@@ -24,8 +24,8 @@ import numpy as np
 
 import nacre
 from lab.studies.study import Study, data
-from nacre.render.throughput import race
 from nacre.sampling import BlinnPhongMixture
+from nacre_lab.reproduce.throughput import race
 
 BASELINE = "roughconductor"
 MATERIALS = ("satin_rosaline", "paper_white", "colodur_napoli_4f")

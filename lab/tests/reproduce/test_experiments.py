@@ -12,10 +12,10 @@ import pytest
 
 from lab.tests.reproduce.support import SETTINGS, Gray, small_methods, write_materials
 from nacre.analytic import MODELS
-from nacre.figures.chart import place_labels
 from nacre.figures.plot import MAX_MATERIALS
 from nacre_lab.reproduce import EXPERIMENTS
 from nacre_lab.reproduce.cache import Cache
+from nacre_lab.reproduce.chart import place_labels
 from nacre_lab.reproduce.codes import CodeSettings
 from nacre_lab.reproduce.experiment import Request
 from nacre_lab.reproduce.lobes import lobe_errors

@@ -10,13 +10,13 @@ pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 from nacre.brdf import CosineSampler
 from nacre.color import tone_map
 from nacre.figures.page import display_bytes
-from nacre.render.kitchen import SLOTS, describe_kitchen
-from nacre.render.plates import describe_plates
 from nacre.sampling import BlinnPhongMixture
 from nacre_lab.reproduce.cache import Cache
+from nacre_lab.reproduce.kitchen import SLOTS, describe_kitchen
 from nacre_lab.reproduce.kitchen_page import CROPS, color_key, colors, kitchen_page
 from nacre_lab.reproduce.noise import NoiseSettings, errors, run_noise
 from nacre_lab.reproduce.noise_figures import equal_time, noise_table
+from nacre_lab.reproduce.plates import describe_plates
 from tests.reflectances import Glossy
 
 SMALL = NoiseSettings(size=(48, 32), counts=(1, 4, 32), shown=4, reference=512)

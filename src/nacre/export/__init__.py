@@ -1,4 +1,4 @@
-"""Materials as code or data of other tools: one module a target."""
+"""Materials as code or data for other tools: one module per target."""
 
 from nacre.export.files import export
 from nacre.export.program import Function, program

@@ -1,9 +1,9 @@
-"""Files of Disney's BRDF Explorer.
+"""Files for Disney's BRDF Explorer.
 
-A file is the word "analytic" and sections of lines; that of the shader defines `BRDF`, which the
-plots call in vertex shaders and the pictures in fragment shaders. The first release compiles it as
-GLSL 1.30, later ones as 4.10: what is written is valid in both. Lines that begin with # are
-dropped, within the shader too. A sampler could be written down, but no release calls one.
+A file is the word "analytic" and sections of lines. The shader section defines `BRDF`, which plots
+call in vertex shaders and pictures in fragment shaders. The first release compiles it as GLSL 1.30,
+later ones as 4.10; the output is valid in both. Lines that start with # are dropped, even inside
+the shader. No release calls a sampler, so none is written.
 
 Source: github.com/wdas/brdf, `BRDFBase.cpp` and the shader templates.
 """
@@ -38,18 +38,15 @@ vec3 BRDF(vec3 L, vec3 V, vec3 N, vec3 X, vec3 Y)
 
 
 class ExplorerLanguage(Language):
-    """GLSL without what versions after 1.30 brought; comments are those of the file."""
+    """GLSL 1.30; comments are those of the file format."""
 
     comment = "# "
 
 
 class BrdfExplorer(SourceTarget):
-    """See :mod:`nacre.export.brdf_explorer`."""
-
     title = "file of Disney's BRDF Explorer"
     language, suffix = ExplorerLanguage(), ".brdf"
 
     def source(self, brdf: Brdf, name: str) -> str:
-        """The whole file."""
         head = "\n".join(self.language.comments(preamble(brdf)))
         return _FILE.format(preamble=head, eval=self.written(brdf, name)["eval"], name=name)

@@ -1,8 +1,8 @@
-"""C: a header of functions for C99 and C++ that compilers vectorize.
+"""C: a header with functions for C99 and C++ that compilers vectorize.
 
 Each function is written once, for `n` pairs of directions side by side: inlined with n = 1 it is
-the function of a pair, with a panel of pairs its loops become vector instructions. Conditions pick
-bits, since compilers do not vectorize branches.
+the function for one pair, and for a panel of pairs its loops become vector instructions. Conditions
+select bits, because compilers do not vectorize branches.
 """
 
 from __future__ import annotations
@@ -21,26 +21,28 @@ from nacre.export.source import Body, Language, SourceTarget
 from nacre.export.stages import Straight, Sums, Units, stages
 from nacre.export.target import WIDE
 
-_TILE = 12  # sums at a time: with what they are made of they fit 16 registers
+_TILE = 12  # sums at a time: with their operands they fit into 16 registers
 
 _PLAIN = {
     "exp": "expf", "log": "logf", "sin": "sinf", "cos": "cosf", "arcsin": "asinf",
     "arctan2": "atan2f",
 }  # fmt: skip
-"""Elementary functions, as C names them."""
+"""C's names for elementary functions."""
 
 _SUPPORT = "NACRE_C_1"
-"""What all materials have in common: it is there once, and has another name when it changes."""
+"""Guards the code that all materials share; the name must change when that does."""
 _USE = (
     "",
-    "What ends with _n takes n pairs, whose vectors lie one after the other; -O3 -march=native",
-    "vectorizes it. There is no state: any thread may call anything.",
+    "Functions that end with _n take n pairs, with vectors stored one after another; -O3",
+    "-march=native vectorizes them. There is no state: any thread may call any function.",
 )
 _INCLUDED = "math.h", "stddef.h", "stdint.h", "string.h"
 
 
 class CLanguage(Language):
-    """C99 that is C++ too; a vector of `n` pairs is an array of its first components, and so on."""
+    """C99 that is also C++; a vector for `n` pairs holds all first components, then all second
+    ones.
+    """
 
     types: ClassVar = {FLOAT: "float", INDEX: "int32_t", MASK: "int"}
     vectors = ""
@@ -112,7 +114,7 @@ class CLanguage(Language):
         )
 
     def _loop(self, stage: Straight | Units) -> list[str]:
-        """A stage as a loop over pairs, or over the numbers of an array."""
+        """A stage as a loop over pairs, or over the numbers in an array."""
         count = f"{stage.count} * n" if isinstance(stage, Units) else "n"
         results = stage.function.results
         body = Body(self, stage.function, list(itertools.chain(*results.values())))
@@ -126,14 +128,14 @@ class CLanguage(Language):
 
 
 class _Scalars(CLanguage):
-    """Functions of plain numbers."""
+    """Functions on plain numbers."""
 
     def component(self, vector: str, index: int) -> str:
         return vector
 
 
 def _elementary() -> list[str]:
-    """Exponential, logarithm and circular functions in operations that compilers vectorize."""
+    """Exponential, logarithm and circular functions from operations that compilers vectorize."""
     lines = []
     for name, plain in _PLAIN.items():
         parameters = ("y", "x") if name == "arctan2" else ("x",)
@@ -160,7 +162,7 @@ def _elementary() -> list[str]:
 
 
 def _sums(language: Language, layer: Sums) -> list[str]:
-    """A layer as loops: a tile of sums at a time, which stay in registers."""
+    """A layer as loops over tiles of sums, which stay in registers."""
     inputs, rows = layer.weights.shape
     tiles, size = _tiles(rows)
     width = tiles * size
@@ -193,13 +195,13 @@ def _sums(language: Language, layer: Sums) -> list[str]:
 
 
 def _tiles(rows: int) -> tuple[int, int]:
-    """How many tiles the sums of a layer are, and how many each has; the last may be padded."""
+    """The number of tiles for the sums of a layer, and their size; the last may be padded."""
     tiles = -(-rows // _TILE)
     return tiles, -(-rows // tiles)
 
 
 def _single(function: Function, name: str) -> list[str]:
-    """The function of a pair, which returns what is a number alone."""
+    """The function for one pair; it returns its result if that is a single number."""
     given = [f"const float {each}[{count}]" for each, count in function.parameters.items()]
     found = {each: len(values) for each, values in function.results.items()}
     names = [*function.parameters, *found]
@@ -222,7 +224,7 @@ def _single(function: Function, name: str) -> list[str]:
 
 
 def _batch(function: Function, name: str) -> list[str]:
-    """The function of many pairs: panels, then what is left one by one."""
+    """The function for many pairs: panels, then the rest one by one."""
     results = {each: len(values) for each, values in function.results.items()}
     widths = {**function.parameters, **results}
     vectors = [each for each, width in widths.items() if width == 3]
@@ -251,7 +253,7 @@ def _batch(function: Function, name: str) -> list[str]:
 
 
 def _place(index: int) -> str:
-    """Where a component of pair `l` lies."""
+    """Index of a component of pair `l`."""
     return f"{_scaled(index, 'n')} + l" if index else "l"
 
 
@@ -264,8 +266,6 @@ def _indented(lines: Iterable[str]) -> list[str]:
 
 
 class C(SourceTarget):
-    """See :mod:`nacre.export.c`."""
-
     title = "C99 header of functions that compilers vectorize, also C++"
     holds = frozenset({WIDE})
     language, suffix = CLanguage(), ".h"

@@ -1,7 +1,7 @@
-"""Sine and cosine in sums and products, for languages whose own are coarse.
+"""Sine and cosine from sums and products, for languages whose own are inaccurate.
 
-Vulkan, WGSL and Metal let theirs be off by 2^-11; so then is the length of a direction that is made
-of them. SwiftShader's are.
+Vulkan, WGSL and Metal allow errors of 2^-11, which then appear in the length of directions made
+from them. SwiftShader makes use of that.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from functools import reduce
 from nacre.array import namespace
 from nacre.compile.trace import Formulas, Traced
 
-# Best in the largest error over a half turn about 0, which is 5e-9 and 1e-9: that of float32 is
-# larger. From the highest power of the squared angle down.
+# Minimax over a half turn around 0, with errors of 5e-9 and 1e-9, below float32's own. From the
+# highest power of the squared angle down.
 _SIN = 2.600054714e-6, -1.980661517e-4, 8.333017291e-3, -1.66666571e-1
 _COS = -2.619381473e-7, 2.476930421e-5, -1.388856916e-3, 4.166665577e-2
 _PI = 3.140625, 9.67653589793e-4  # parts; the first has few bits
@@ -34,11 +34,11 @@ def _cos(x: Traced) -> Traced:
 
 
 def _half_turn(x: Traced) -> tuple[Traced, Traced]:
-    """What an angle is in a half turn about 0, and the sign of its sine and cosine there."""
+    """An angle reduced to a half turn around 0, and the sign of its sine and cosine there."""
     floor = namespace(x).floor
     n = floor(x * (1.0 / math.pi) + 0.5)
     return x - n * _PI[0] - n * _PI[1], 1.0 + 4.0 * floor(0.5 * n) - 2.0 * n
 
 
 CIRCULAR: Formulas = {"sin": _sin, "cos": _cos}
-"""Their formulas, of angles up to some hundreds, by name."""
+"""Formulas by name, for angles up to some hundreds."""

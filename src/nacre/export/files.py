@@ -25,27 +25,22 @@ def export(
     heights: HeightField | None = None,
     progress: Progress | None = None,
 ) -> list[Path]:
-    """Write a material as code or data of another tool.
+    """Write a material as code or data for another tool; returns the files.
 
     Parameters
     ----------
     target
         One of :data:`nacre.export.TARGETS`.
     output
-        File to write, or a folder: where it ends with a slash, where it is one, and where there are
-        several files. By default files lie in the working folder.
+        File to write, or a folder: if it ends with a slash, is a folder, or there are several
+        files. By default files go to the working folder.
     name
-        What names in the output begin with, once it is made an :func:`identifier`; that of the
-        material where empty.
+        Names in the output begin with this, converted by :func:`identifier`; by default with the
+        material's name.
     heights
-        Of an encoded texture, for parallax.
+        For parallax on an encoded texture.
     progress
-        Called as a model is fitted, where the target holds only that.
-
-    Returns
-    -------
-    list of Path
-        The files.
+        Called while a model is fitted, for targets that hold only that model.
 
     Raises
     ------
@@ -73,7 +68,7 @@ def _target(name: str, heights: HeightField | None) -> Target:
 
 
 def write_files(contents: Mapping[str, bytes], output: PathLike) -> list[Path]:
-    """Write files of these names and contents; see :func:`export`."""
+    """Write files with these names and contents; see :func:`export`."""
     folder = Path(output)
     into = str(output).endswith("/") or folder.is_dir() or len(contents) > 1
     paths = [folder / name for name in contents] if into else [folder]

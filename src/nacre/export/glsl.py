@@ -11,9 +11,9 @@ from nacre.export.textures.source import Dialect, TextureSourceTarget
 
 
 class GlslLanguage(Language):
-    """GLSL; the program that the functions are put into says its version."""
+    """GLSL; the program that includes the functions states its version."""
 
-    packed = False  # as fast on cards, and up to twice as fast where processors draw
+    packed = False  # as fast on graphics cards, and up to twice as fast on processors
     expanded = CIRCULAR
 
     def opening(self) -> tuple[str, ...]:
@@ -35,8 +35,6 @@ def _textures(name: str, arrays: Mapping[str, Halves]) -> list[str]:
 
 
 class Glsl(TextureSourceTarget):
-    """See :mod:`nacre.export.glsl`."""
-
     title = "GLSL functions for OpenGL 3.3, OpenGL ES 3, Vulkan and WebGL2"
     language, suffix = GlslLanguage(), ".glsl"
     dialect = Dialect(

@@ -1,4 +1,4 @@
-"""MaterialX: nodes with implementations in GLSL and OSL, and a material of one light."""
+"""MaterialX: nodes with implementations in GLSL and OSL, and a material under one light."""
 
 from __future__ import annotations
 
@@ -162,13 +162,13 @@ void {name}_pdf_node(
 """
 
 _ENDINGS = {"genglsl": "_nodes.glsl", "genosl": "_nodes.osl"}
-"""Of files, by MaterialX's targets; those for ESSL, Metal and Slang inherit the first."""
+"""Ends of file names by MaterialX's targets; ESSL, Metal and Slang inherit the first."""
 
 _NODES = "reflectance", "sample", "pdf"
 
 
 class _Language(GlslLanguage):
-    """GLSL with the names by which MaterialX writes functions for Metal and Slang as well."""
+    """GLSL with the names that MaterialX translates for Metal and Slang as well."""
 
     operations: ClassVar[Mapping[str, str]] = {
         **GlslLanguage.operations,
@@ -184,12 +184,9 @@ class _Glsl(Glsl):
 
 
 class MaterialX(Target):
-    """See :mod:`nacre.export.materialx`."""
-
     title = "MaterialX nodes with implementations in GLSL and OSL, and a material of one light"
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
-        """See :class:`nacre.export.Target`."""
         brdf = self.reflectance(material)
         implementations = [
             _IMPLEMENTATION.format(name=name, node=node, target=target, ending=ending)
@@ -209,5 +206,5 @@ class MaterialX(Target):
 
 
 def _once(name: str, source: str) -> str:
-    """Source that counts once, for MaterialX puts it into a shader for each kind of node."""
+    """Source with an include guard: MaterialX puts it into a shader once per kind of node."""
     return f"#ifndef {name}_once\n#define {name}_once\n{source}#endif\n"

@@ -1,9 +1,10 @@
-"""MaterialX: a graph of standard nodes whose BSDFs have numbers that depend on the view.
+"""MaterialX: a graph of standard nodes whose BSDFs have parameters that depend on the view.
 
-Specification 1.39 expects its GGX nodes to give back what facets that reflect light among
-themselves lose (Turquin 2019, "Practical multiple scattering compensation for microfacet models",
-equations 14 and 16): of a color c comes c (1 + c (1 - E) / E), with E the albedo of facets that
-reflect all. Colors in the graph are those of which the mixture's come, at the nodes of its tables.
+Specification 1.39 expects its GGX nodes to make up for the energy that reflection between facets
+loses (Turquin 2019, "Practical multiple scattering compensation for microfacet models", equations
+14 and 16): a color c becomes c (1 + c (1 - E) / E), with E the albedo of facets that reflect
+everything. The graph therefore holds colors that become those of the mixture, at the nodes of its
+tables.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.export.target import Target
 from nacre.export.text import facts, shortest
-from nacre.standard.closures import LOBES, NODES
+from nacre.standard.bent_closures import LOBES, NODES
 from nacre.standard.facet_albedo import albedo_table
 from nacre.standard.lookup import interpolate
 
@@ -28,13 +29,10 @@ _Rows = npt.NDArray[np.float64]
 
 
 class MaterialXClosures(Target):
-    """See :mod:`nacre.export.materialx_closures`."""
-
     title = "MaterialX: a graph of standard BSDFs, for renderers that light surfaces themselves"
     model = "closures"
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
-        """See :class:`nacre.export.target.Target`."""
         mixture = self.of_model(material)
         root = Element("materialx", version="1.39", colorspace="lin_rec709")
         for line in facts(mixture).values():
@@ -53,13 +51,12 @@ class MaterialXClosures(Target):
 
 
 class _Graph:
-    """Nodes of a document; a method adds some and returns the name of the last."""
+    """Nodes of a document; methods add some and return the name of the last."""
 
     def __init__(self, root: Element, name: str) -> None:
         self._root, self._name = root, name
 
     def mixture(self, tables: Mapping[str, _Rows]) -> str:
-        """The BSDF."""
         space = {"space": ("string", "world")}
         self._node("normal", "normal", "vector3", space)
         self._node("viewdirection", "away", "vector3", space)
@@ -103,7 +100,7 @@ class _Graph:
         return self._call("normalize", f"normal{k}", "vector3", **{"in": f"sideways{k}"})
 
     def _table(self, name: str, kind: str, rows: _Rows) -> str:
-        """Numbers of the view: a chain of mixes, of which those below it count in full."""
+        """Numbers by view: a chain of mixes, in which those below the view have full weight."""
         numbers = [rows[:, k].tolist() for k in range(len(NODES))]
         value: str | list[float] = numbers[0]
         for k, after in enumerate(numbers[1:]):
@@ -116,7 +113,7 @@ class _Graph:
         return str(value)
 
     def _call(self, node: str, name: str, kind: str, of: str = "", **inputs: Any) -> str:
-        """A node whose inputs are numbers or other nodes, of its own type or of another."""
+        """A node whose inputs are numbers or other nodes, with its own type or that of `of`."""
         typed = {}
         for key, value in inputs.items():
             known = isinstance(value, str)
@@ -141,12 +138,10 @@ class _Graph:
 
 
 def uncompensated(color: _Rows, roughness: _Rows, bend: npt.NDArray[np.float64]) -> _Rows:
-    """Colors of which compensated facets reflect a color, shape (3, nodes).
+    """Colors that become the given ones when facets compensate, shape (3, nodes).
 
-    Parameters
-    ----------
-    color, roughness, bend
-        Rows of :class:`nacre.standard.closures.Closures`, shapes (3, nodes), (2, nodes), (nodes,).
+    Arguments are rows of :class:`nacre.standard.closures.Closures`, with shapes (3, nodes), (2,
+    nodes) and (nodes,).
     """
     facing = np.asarray(NODES)
     length = np.sqrt(1.0 + 2.0 * bend * facing + bend * bend)

@@ -1,4 +1,4 @@
-"""Open Shading Language: functions, and a shader of one directional light."""
+"""Open Shading Language: functions, and a shader for one directional light."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nacre.export.program import Function
 from nacre.export.source import Body, Language, SourceTarget
 
 FRAME = """\
-// A unit tangent that is at right angles to the normal: any where none is given.
+// A unit tangent perpendicular to the normal; an arbitrary one if none is given.
 vector {name}_tangent(vector n, vector along)
 {{
     vector t = along - dot(along, n) * n;
@@ -30,9 +30,9 @@ vector {name}_local(vector w, vector n, vector t)
 """Functions that give directions in the local frame of `NAME_eval`."""
 
 _SHADER = """\
-// The surface under one directional light. Open Shading Language hands renderers sums of their own
-// closures, so that an arbitrary f_r is what the surface emits: connect `radiance` with the color
-// of an emission. Directions are in the space of N and I.
+// The surface under one directional light. Open Shading Language gives renderers sums of their own
+// closures, so an arbitrary f_r has to be emitted: connect `radiance` with the color of an
+// emission. Directions are in the space of N and I.
 shader {name}_lit(
     vector light = vector(0, 0, 1),     // to the light
     color irradiance = color(1, 1, 1),  // of a surface that faces the light
@@ -44,14 +44,14 @@ shader {name}_lit(
     vector n = normalize(dot(shading_normal, shading_normal) > 0 ? shading_normal : N);
     vector t = {name}_tangent(n, dot(tangent, tangent) > 0 ? tangent : dPdu);
     vector wi = {name}_local(normalize(light), n, t);
-    vector view = normalize(dot(I, Ng) > 0 ? I : -I);  // renderers do not agree where I points to
+    vector view = normalize(dot(I, Ng) > 0 ? I : -I);  // renderers disagree about the sense of I
     reflectance = {name}_eval(wi, {name}_local(view, n, t));
     radiance = irradiance * reflectance * max(wi[2], 0.0);
 }}"""
 
 
 class OslLanguage(Language):
-    """OSL, whose vectors have three numbers only: everything is written number by number."""
+    """OSL, whose vectors always have three numbers: everything is written number by number."""
 
     types: ClassVar = {FLOAT: "float", INDEX: "int", MASK: "int"}
     vectors = ""
@@ -98,8 +98,6 @@ class OslLanguage(Language):
 
 
 class Osl(SourceTarget):
-    """See :mod:`nacre.export.osl`."""
-
     title = "OSL functions, and a shader that emits what the surface reflects of one light"
     language, suffix = OslLanguage(), ".osl"
 

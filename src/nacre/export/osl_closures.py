@@ -1,4 +1,4 @@
-"""Open Shading Language: a shader of closures, which renderers sample and light themselves."""
+"""Open Shading Language: a shader that makes closures, which renderers sample and light."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.export.target import Target
 from nacre.export.text import facts, shortest
-from nacre.standard.closures import LOBES, NODES
+from nacre.standard.bent_closures import LOBES, NODES
 
 _SHADER = """\
 {preamble}
@@ -46,7 +46,7 @@ shader {name}_closures(
 {tables}
 
     normal n = normalize(dot(shading_normal, shading_normal) > 0 ? shading_normal : N);
-    vector view = normalize(dot(I, Ng) > 0 ? I : -I);  // renderers do not agree where I points to
+    vector view = normalize(dot(I, Ng) > 0 ? I : -I);  // renderers disagree about the sense of I
     float facing = dot(n, view);
     float parts[NODES];
     parts[0] = 1;
@@ -68,13 +68,10 @@ _LOBE = """\
 
 
 class OslClosures(Target):
-    """See :mod:`nacre.export.osl_closures`."""
-
     title = "OSL: a shader of closures, for renderers that light surfaces themselves"
     model = "closures"
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
-        """See :class:`nacre.export.target.Target`."""
         mixture = self.of_model(material)
         rows = {key: np.array(value) for key, value in mixture.values.items()}
         tables = [_colors("diffuse_color", rows["diffuse"]), _numbers("bend0", rows["bend0"][0])]

@@ -1,4 +1,4 @@
-"""A material as a program on numbers, which every target writes down in its own language."""
+"""A material as a program on numbers, which every target writes in its own language."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from nacre.neural.nbrdf import NeuralBrdf
 from nacre.neural.prune import without_inactive_units
 
 NATIVE: Formulas = {}
-"""Languages with elementary functions that are exact need none of others."""
+"""For languages whose own elementary functions are accurate."""
 
 PAIR = {"wi": 3, "wo": 3}
-"""Parameters of functions of a pair of directions, and how many numbers each has."""
+"""Parameters for a pair of directions, and the count of numbers in each."""
 
 
 @dataclass(frozen=True)
@@ -31,13 +31,13 @@ class Function:
     name
         "eval", "sample" or "pdf".
     parameters
-        How many numbers each parameter has, by name and in order.
+        The count of numbers in each parameter, by name and in order.
     operations
-        What computes each value, by its number and in order; see :mod:`nacre.compile.trace`.
+        The operation behind each value, by its number and in order; see :mod:`nacre.compile.trace`.
     results
-        Values that each result has, by name and in order.
+        The values in each result, by name and in order.
     numbers, tables, origins
-        Those of the trace.
+        As in the trace.
     """
 
     name: str
@@ -49,7 +49,7 @@ class Function:
     origins: Mapping[int, Any]
 
     def parameter(self, index: int) -> tuple[str, int]:
-        """Which parameter an input is of, and which of its numbers it is."""
+        """The parameter that an input belongs to, and its index there."""
         for name, count in self.parameters.items():
             if index < count:
                 return name, index
@@ -57,7 +57,7 @@ class Function:
         raise IndexError("there are fewer inputs")
 
     def number(self, value: int) -> float | None:
-        """The number that a value always is, if it is one."""
+        """The number that a value always has, if it is constant."""
         _, name, *arguments = self.operations[value]
         if name == "number":
             return self.numbers[arguments[0]]
@@ -75,18 +75,10 @@ class Function:
     ) -> Function:
         """The function that a formula computes.
 
-        Parameters
-        ----------
-        formula
-            From a tuple of components for each parameter to a result each: a value, or a tuple.
-        expanded
-            What exponentials, logarithms and circular functions are made of; see
-            :class:`nacre.compile.trace.Trace`.
-
-        Raises
-        ------
-        TypeError, AttributeError, ValueError
-            If it is not made of the functions of :class:`nacre.array.Namespace` alone.
+        The formula takes a tuple of components for each parameter, and returns a value or a tuple
+        for each result. `expanded` elementary functions are composed of others; see
+        :class:`nacre.compile.trace.Trace`. Raises TypeError, AttributeError or ValueError if the
+        formula uses anything but the functions of :class:`nacre.array.Namespace`.
         """
         trace, count = Trace(expanded=expanded), itertools.count()
         given = (tuple(trace.input(next(count)) for _ in range(n)) for n in parameters.values())
@@ -100,22 +92,15 @@ class Function:
 
 
 def program(brdf: Brdf, *, expanded: Formulas = NATIVE) -> dict[str, Function]:
-    """What :meth:`nacre.Brdf.eval`, `sample` and `pdf` compute, by these names.
+    """The functions that :meth:`nacre.Brdf.eval`, `sample` and `pdf` compute, by these names.
 
-    Units of a network that never act are left out.
-
-    Parameters
-    ----------
-    brdf
-        A reflectance made of formulas.
-    expanded
-        What exponentials, logarithms and circular functions are made of; see
-        :class:`nacre.compile.trace.Trace`.
+    Units of a network that are never active are left out. `expanded` elementary functions are
+    composed of others; see :class:`nacre.compile.trace.Trace`.
 
     Raises
     ------
     NacreError
-        If it is not made of formulas.
+        If the reflectance is not made of formulas.
     """
     if isinstance(brdf, NeuralBrdf):
         brdf = without_inactive_units(brdf)
@@ -136,4 +121,6 @@ def program(brdf: Brdf, *, expanded: Formulas = NATIVE) -> dict[str, Function]:
         }
     except (TypeError, AttributeError, ValueError) as error:
         what = f"{brdf.name or 'this material'} ({type(brdf).__name__})"
-        raise NacreError(f"{what} is no formula: nacre fit makes a network of it") from error
+        raise NacreError(
+            f"{what} is not a formula: fit a network to it first (nacre fit)"
+        ) from error

@@ -1,8 +1,8 @@
-"""Networks as the authors of the NBRDF paper publish them, for their scripts and their plugin.
+"""Networks in the files of the NBRDF paper's authors, for their scripts and their plugin.
 
-`npy` is what `nbrdf_npy`, their plugin for Mitsuba 0.6, reads where `nn_basename` is NAME_. `h5` is
-what their `load_model` reads: weights, and the layers as JSON. Theirs end in a Keras layer of
-Python code, exp(x) - 1, which is left out: outputs are log(f_r + 1).
+`npy` is what `nbrdf_npy`, their plugin for Mitsuba 0.6, reads if `nn_basename` is NAME_. `h5` is
+for their `load_model`: weights, and the layers as JSON. Their own files end in a Keras layer of
+Python code, exp(x) - 1, which is left out here: outputs are log(f_r + 1).
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ _SIZES = (6, *HIDDEN, OUTPUTS)
 
 
 class _Published(Target):
-    """What the authors' code takes: an isotropic network of the paper's inputs and sizes."""
+    """The authors' code takes isotropic networks with the paper's inputs and sizes."""
 
     def network(self, material: Brdf | Btf) -> NeuralBrdf:
-        """A material that is one; NacreError where it is not."""
+        """The material, if it is such a network; NacreError otherwise."""
         brdf = self.reflectance(material)
         if isinstance(brdf, NeuralBrdf):
             found = brdf.sizes, brdf.inputs, brdf.activation, brdf.isotropic
@@ -46,12 +46,9 @@ class _Published(Target):
 
 
 class Npy(_Published):
-    """See :mod:`nacre.export.published`."""
-
     title = "the NBRDF authors' NumPy files, for their plugin for Mitsuba 0.6"
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
-        """See :class:`nacre.export.Target`."""
         network = self.network(material)
         files = {f"{name}.txt": "\n".join([*preamble(network), ""]).encode()}
         for index, layer in enumerate(network.layers, 1):
@@ -63,12 +60,9 @@ class Npy(_Published):
 
 
 class H5(_Published):
-    """See :mod:`nacre.export.published`."""
-
     title = "the NBRDF authors' Keras files, for their Python code"
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
-        """See :class:`nacre.export.Target`."""
         network = self.network(material)
         return {
             f"{name}.h5": keras_bytes(network.layers, "\n".join(preamble(network))),
@@ -77,7 +71,7 @@ class H5(_Published):
 
 
 def _model(name: str) -> str:
-    """The layers as Keras describes them, in words that its versions 2 and 3 understand."""
+    """The layers in Keras's JSON, in a form that its versions 2 and 3 understand."""
     layers = []
     for index, (inputs, outputs) in enumerate(itertools.pairwise(_SIZES), 1):
         last = index == len(_SIZES) - 1

@@ -1,4 +1,4 @@
-"""PyTorch: one file that imports torch and nothing else, with a module whose weights lie in it."""
+"""PyTorch: one file that imports only torch, with a module that contains its weights."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _BINDING, _WHOLE = {"add": 1, "sub": 1, "mul": 2, "div": 2, "neg": 2}, 9
 _LARGEST = float(np.finfo(np.float32).max)
 _WIDTH = 88  # characters of weights in a line
 _COMPARISONS = "lt", "le", "gt", "ge", "eq", "ne"
-_LONGEST = 60  # characters of an expression that stands where it is used
+_LONGEST = 60  # characters of an expression that is written where it is used
 
 _OPERATIONS: Mapping[str, str] = {
     "add": "{0} + {1}", "sub": "{0} - {1}", "mul": "{0} * {1}", "div": "{0} / {1}", "neg": "-{0}",
@@ -110,13 +110,10 @@ _ENDS: Mapping[str, str] = {
 
 
 class PyTorch(Target):
-    """See :mod:`nacre.export.pytorch`."""
-
     title = "PyTorch module in one file, with gradients"
     holds = frozenset({TABLES, WIDE})
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
-        """See :class:`nacre.export.Target`."""
         # A file torch.py or random.py would be imported in place of the library.
         return {f"{name}_brdf.py": _source(self.reflectance(material), name).encode()}
 
@@ -128,7 +125,7 @@ def _source(brdf: Brdf, name: str) -> str:
     parts = [
         *(f"# {line}".rstrip() for line in preamble(brdf)),
         "\nimport base64\n\nimport torch\n\n",
-        f"class {title}Brdf(torch.nn.Module):",  # a class None could not be
+        f"class {title}Brdf(torch.nn.Module):",  # a class cannot be named None
         '    """A reflectance of tensors (..., 3): float64 where one is, else float32."""\n',
         "    def __init__(self):",
         "        super().__init__()",
@@ -140,14 +137,14 @@ def _source(brdf: Brdf, name: str) -> str:
 
 
 class _Store:
-    """Weights and tables, which methods share."""
+    """Weights and tables, shared by all methods."""
 
     def __init__(self) -> None:
         self.statements: list[str] = []
         self._names: dict[tuple[str, bytes], str] = {}
 
     def name(self, what: str, values: Weights) -> str:
-        """What the module calls an array: a parameter, or a constant "table"."""
+        """The module's name for an array: a parameter, or a constant "table"."""
         key = what, values.tobytes()
         if key not in self._names:
             name = f"{what}_{sum(kind == what for kind, _ in self._names) + 1}"
@@ -157,7 +154,7 @@ class _Store:
 
 
 def _stored(name: str, values: Weights, parameter: bool) -> list[str]:
-    """Statements that make an array of a module."""
+    """Statements that create an array in the module."""
     kept = compact(values)
     encoded = base64.b64encode(kept.tobytes()).decode()
     lines = (encoded[start : start + _WIDTH] for start in range(0, len(encoded), _WIDTH))
@@ -169,8 +166,6 @@ def _stored(name: str, values: Weights, parameter: bool) -> list[str]:
 
 
 class _Method:
-    """One method of the module."""
-
     def __init__(self, function: Function, store: _Store) -> None:
         self._function, self._store = function, store
         self._found = steps(function)
@@ -178,7 +173,6 @@ class _Method:
         self._statements: list[str] = []
 
     def text(self) -> str:
-        """Its source."""
         used = Counter(o for step in self._found.steps for o in step.operands if isinstance(o, int))
         results = self._found.results
         used.update([*results.values()] * 2)  # so that results have names
@@ -208,7 +202,7 @@ class _Method:
         texts = []
         for place, operand in enumerate(step.operands):
             text, own = self._operand(operand, step)
-            # What stands on the left comes first where both bind alike.
+            # With equal binding, the left operand is evaluated first.
             if infix and (own < max(binding, 1) or (place and own == binding != _WHOLE)):
                 text = f"({text})"
             texts.append(text)
@@ -222,7 +216,9 @@ class _Method:
                 return "torch.relu({0})"
             return "{0}.clamp(min={1})" if step.name == "max" else "{0}.clamp(max={1})"
         if step.name not in _OPERATIONS:
-            raise NacreError(f"PyTorch has no operation {step.name!r}: nacre fit makes a network")
+            raise NacreError(
+                f"PyTorch has no operation {step.name!r}: fit a network first (nacre fit)"
+            )
         return _OPERATIONS[step.name]
 
     def _operand(self, operand: Operand, step: Step) -> tuple[str, int]:
@@ -233,7 +229,7 @@ class _Method:
             rows = ", ".join(f"[{number}]" for number in numbers)
             return f"wo.new_tensor([{rows}])", _WHOLE
         alone = not any(isinstance(other, int) for other in step.operands[1:])
-        # A comparison of numbers alone would be no tensor, which conditions have to be.
+        # Comparing numbers alone would not give a tensor, which conditions must be.
         constant = step.name in _COMPARISONS and not any(isinstance(o, int) for o in step.operands)
         if constant or (step.name == "where" and alone and step.kind == FLOAT):
             return f"wo.new_tensor({numbers[0]})", _WHOLE  # numbers alone would be float32
@@ -241,6 +237,6 @@ class _Method:
 
 
 def _literal(number: np.float32 | np.int32) -> str:
-    """A number, as short as float32 has it; PyTorch takes none that is rounded beyond the last."""
+    """A number in its shortest float32 form, unless that rounds beyond the range of PyTorch."""
     text = shortest(number) if isinstance(number, np.float32) else str(int(number))
     return repr(float(number)) if abs(float(text)) > _LARGEST else text

@@ -1,7 +1,7 @@
-"""Slang: one module, of which slangc makes HLSL, Metal, CUDA, GLSL, WGSL and C++.
+"""Slang: one module that slangc compiles to HLSL, Metal, CUDA, GLSL, WGSL and C++.
 
-There is no line `module NAME;`: the name of a module hides what is called the same, and materials
-may be called like types and functions of the language.
+There is no line `module NAME;`: a module's name hides everything with the same name, and materials
+may be named like types and functions of the language.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ public struct {name}_material {{
 
 
 class SlangLanguage(Language):
-    """Slang; bwd_diff and fwd_diff give derivatives of what it marks."""
+    """Slang; bwd_diff and fwd_diff differentiate what it marks."""
 
     vectors = "float{}"
     expanded = CIRCULAR
@@ -55,7 +55,7 @@ class SlangLanguage(Language):
 
 
 class _TextureLanguage(SlangLanguage):
-    """Functions that read textures, which have no derivatives."""
+    """Functions that read textures, which are not differentiable."""
 
     def head(self, kind: str, name: str, parameters: str) -> str:
         return f"public {Language.head(self, kind, name, parameters)}"
@@ -75,8 +75,6 @@ def _textures(name: str, arrays: Mapping[str, Halves]) -> list[str]:
 
 
 class Slang(TextureSourceTarget):
-    """See :mod:`nacre.export.slang`."""
-
     title = "Slang module, for HLSL, Metal, CUDA, GLSL, WGSL and C++ through slangc"
     language, suffix = SlangLanguage(), ".slang"
     texture_language = _TextureLanguage()
@@ -90,5 +88,4 @@ class Slang(TextureSourceTarget):
     )
 
     def source(self, brdf: Brdf, name: str) -> str:
-        """The whole file."""
         return super().source(brdf, name) + _METHODS.format(name=name)

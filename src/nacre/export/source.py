@@ -1,7 +1,7 @@
-"""Functions as source text of languages with the syntax of C.
+"""Functions as source text for languages with the syntax of C.
 
-Values that are used once stand where they are used. Of a layer, four sums may be one vector, and so
-is what follows them unit by unit; weights are literals.
+A value that is used once is written where it is used. Four sums of a layer may form one vector, and
+so may what follows them element by element; weights are literals.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ Item: TypeAlias = int | tuple[int, ...]
 """A value, or up to four that are a vector."""
 
 _UNIT_BY_UNIT = frozenset(("add", "sub", "mul", "div", "neg", "min", "max", "exp", "abs", "sqrt"))
-_LONGEST = 80  # characters of an expression that stands where it is used
+_LONGEST = 80  # characters of an expression that is written where it is used
 _BINDING = {"add": 1, "sub": 1, "mul": 2, "div": 2}
-_WEAKEST, _STRONGEST = 0, 9  # of what else takes parentheses, and of names and calls
+_WEAKEST, _STRONGEST = 0, 9  # of everything else in parentheses, and of names and calls
 _AXES = "xyzw"
 _LARGEST = float(np.finfo(np.float32).max)
 
 
 class Language:
-    """How a language writes down values; a subclass changes what differs from GLSL."""
+    """How a language writes values; a subclass changes what differs from GLSL."""
 
     types: ClassVar[Mapping[str, str]] = {FLOAT: "float", INDEX: "int", MASK: "bool"}
     vectors: ClassVar[str] = "vec{}"
-    """Type of a vector of so many floats; empty where there are none."""
+    """Type of a vector with some count of floats; empty if there are no vectors."""
     packed: ClassVar[bool] = True
-    """Whether four sums of a layer are one vector, where there are vectors."""
+    """Whether four sums of a layer form one vector, if there are vectors."""
     expanded: ClassVar[Formulas] = NATIVE
-    """Elementary functions that are made of others, as in :class:`nacre.compile.trace.Trace`."""
+    """Elementary functions composed of others; see :class:`nacre.compile.trace.Trace`."""
     comment: ClassVar[str] = "// "
     operations: ClassVar[Mapping[str, str]] = {
         "add": "{0} + {1}", "sub": "{0} - {1}", "mul": "{0} * {1}", "div": "{0} / {1}",
@@ -54,85 +54,63 @@ class Language:
         "log": "log({0})", "sin": "sin({0})", "cos": "cos({0})", "arcsin": "asin({0})",
         "arctan2": "atan({0}, {1})",
     }  # fmt: skip
-    """Text of each operation; of those on whole numbers, by names such as "index add"."""
+    """Text of each operation; those on whole numbers have names such as "index add"."""
     max_weights: ClassVar[float] = 10_000
-    """What layers may have as literals. Compilers take seconds for that; for twice as many, Mesa's
-    of GLSL takes most of a minute."""
+    """Limit on literals in layers. Compilers take seconds for them; for twice as many, Mesa's GLSL
+    compiler takes most of a minute."""
 
     def literal(self, value: float) -> str:
-        """A float32 as text that is read as the same number."""
+        """A float32 as text that parses to the same number."""
         text = shortest(np.float32(value))
         if _LARGEST < abs(float(text)) < math.inf:  # its shortest text, which compilers refuse
             text = repr(math.copysign(_LARGEST, value))
         return text if any(c in text for c in ".en") else f"{text}.0"
 
     def datum(self, origin: Any) -> str:
-        """Place of a number that is data of a function, for languages that leave it open."""
+        """Where a function finds a number that is data, in languages that support this."""
         raise NotImplementedError(origin)
 
     def type(self, count: int, kind: str = FLOAT) -> str:
-        """Type of so many values."""
+        """The type of `count` values."""
         return self.vectors.format(count) if count > 1 else self.types[kind]
 
     def declaration(self, kind: str, name: str, value: str) -> str:
-        """Statement that gives a value a name, of a type as :meth:`type` has it."""
+        """A statement that names a value; for the kind see :meth:`type`."""
         return f"{kind} {name} = {value};"
 
     def vector(self, parts: Sequence[str]) -> str:
-        """A vector of numbers; of one, the number."""
+        """A vector of numbers, or the number itself if it is one."""
         return f"{self.type(len(parts))}({', '.join(parts)})" if len(parts) > 1 else parts[0]
 
     def repeated(self, value: str, count: int) -> str:
-        """A vector of one number, repeated."""
+        """A vector that repeats one number."""
         return f"{self.type(count)}({value})" if count > 1 else value
 
     def template(self, kind: str, name: str) -> str:
-        """Text of an operation with places for its values.
+        """Format string of an operation of :mod:`nacre.compile.trace`.
 
-        Parameters
-        ----------
-        kind, name
-            Of the operation; see :mod:`nacre.compile.trace`.
-
-        Raises
-        ------
-        NacreError
-            If the language has no such operation.
+        Raises NacreError if the language has no such operation.
         """
         key = f"{kind} {name}" if kind == INDEX else name
         if key not in self.operations:
             raise NacreError(
-                f"holds numbers in tables: nacre fit makes a network of it{other(TABLES)}"
+                f"holds numbers in tables: fit a network to it first (nacre fit){other(TABLES)}"
             )
         return self.operations[key]
 
     def sums(self, inputs: Sequence[str], weights: Weights, biases: Weights) -> str:
-        """Sums of a layer, as one vector.
+        """Sums of a layer as one vector, for inputs by name.
 
-        Parameters
-        ----------
-        inputs
-            Names of the inputs.
-        weights, biases
-            Shapes (inputs, sums) and (sums,), with up to four sums.
+        Weights and biases have shapes (inputs, sums) and (sums,), with up to four sums.
         """
         rows = [f"{x} * {self.numbers(row)}" for x, row in zip(inputs, weights, strict=True)]
         return "\n        + ".join([self.numbers(biases), *rows])
 
     def numbers(self, values: Weights) -> str:
-        """A vector of literals."""
         return self.vector([self.literal(value) for value in values])
 
     def function(self, function: Function, name: str) -> str:
-        """A function as text.
-
-        Parameters
-        ----------
-        function
-            All its results together have up to four numbers.
-        name
-            Identifier.
-        """
+        """A function as text; all its results together have up to four numbers."""
         results = list(itertools.chain(*function.results.values()))
         body = Body(self, function, results)
         lines = [f"    {line}" for line in body.statements]
@@ -144,15 +122,12 @@ class Language:
         return "\n".join([f"{head} {{", *lines, f"    return {value};", "}"])
 
     def parameter(self, kind: str, name: str) -> str:
-        """A parameter in the head of a function."""
         return f"{kind} {name}"
 
     def head(self, kind: str, name: str, parameters: str) -> str:
-        """Head of a function."""
         return f"{kind} {name}({parameters})"
 
     def component(self, vector: str, index: int) -> str:
-        """A component of a vector."""
         return f"{vector}.{_AXES[index]}"
 
     def opening(self) -> Sequence[str]:
@@ -160,7 +135,6 @@ class Language:
         return ()
 
     def comments(self, lines: Sequence[str]) -> list[str]:
-        """Lines as comments."""
         return [f"{self.comment}{line}".rstrip() for line in lines]
 
 
@@ -179,7 +153,7 @@ class Body:
             self._write(item, uses[item])
 
     def text(self, item: Item) -> str:
-        """A value where it is used."""
+        """The text of a value where it is used."""
         return self._texts[item][0]
 
     def _uses(self, results: Sequence[int]) -> Counter[Item]:
@@ -208,7 +182,7 @@ class Body:
             yield from (part, part)  # more than once, so that it has a name
 
     def _grouped(self, values: Sequence[int]) -> list[Item]:
-        """Inputs of a layer: vectors where they are, else values."""
+        """Inputs of a layer, as vectors where possible."""
         found: list[Item] = []
         for start in range(0, len(values), 4):
             part = tuple(values[start : start + 4])
@@ -216,7 +190,7 @@ class Body:
         return found
 
     def _packed(self, values: tuple[int, ...]) -> bool:
-        """Whether values are one vector: sums of a layer that stand together, or made of such."""
+        """Whether values form one vector: adjacent sums of a layer, or computed from such."""
         if self._step == 1 or len(values) == 1:
             return False
         if values not in self._packs:
@@ -288,14 +262,13 @@ class Body:
             text, own = self._texts[source]
             if isinstance(item, tuple) and isinstance(source, int):
                 text, own = self._language.repeated(text, len(item)), _STRONGEST
-            # What stands on the left comes first where both bind alike.
+            # With equal binding, the left operand is evaluated first.
             if not call and (own < required or (place and own == binding)):
                 text = f"({text})"
             values.append(text)
         return template.format(*values), binding
 
     def _sum(self, layer: int, row: int) -> str:
-        """A sum of a layer."""
         if self._step == 1:
             return f"s{layer}_{row}"
         name, count = f"s{layer}_{row // 4}", self._operations[layer][4]
@@ -323,27 +296,22 @@ class Body:
 
 
 class SourceTarget(Target):
-    """A target whose output is one file of functions `NAME_eval`, `NAME_sample`, `NAME_pdf`."""
+    """A target that writes one file with functions `NAME_eval`, `NAME_sample`, `NAME_pdf`."""
 
     language: ClassVar[Language]
     suffix: ClassVar[str]
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
-        """See :class:`nacre.export.Target`."""
         return {f"{name}{self.suffix}": self.source(self.reflectance(material), name).encode()}
 
     def source(self, brdf: Brdf, name: str) -> str:
-        """The whole file."""
         head = [*self.language.comments(preamble(brdf)), *self.language.opening()]
         return "\n\n".join(["\n".join(head), *self.written(brdf, name).values()]) + "\n"
 
     def written(self, brdf: Brdf, name: str) -> dict[str, str]:
         """Each function as text, by the names of :func:`nacre.export.program`.
 
-        Raises
-        ------
-        NacreError
-            If the language cannot hold the material; the message says what can.
+        Raises NacreError if the language cannot hold the material; the message says what can.
         """
         functions = program(brdf, expanded=self.language.expanded)
         try:
@@ -357,7 +325,7 @@ class SourceTarget(Target):
 
 
 def _check_weights(function: Function, most: float) -> None:
-    """Raise a NacreError for layers that have more weights than that."""
+    """Raise a NacreError for layers that have more weights than `most`."""
     dense = (operation for operation in function.operations.values() if operation[1] == "dense")
     count = sum(function.tables[table].size for operation in dense for table in operation[2:4])
     if count > most:

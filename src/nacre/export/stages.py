@@ -1,5 +1,6 @@
-"""Functions cut at their layers, for languages that have loops: a layer is one, and so is what
-follows its sums unit by unit.
+"""Functions split at their layers, for languages with loops.
+
+A layer is a loop, and so is what follows its sums element by element.
 """
 
 from __future__ import annotations
@@ -16,21 +17,16 @@ from nacre.export.program import Function
 
 @dataclass(frozen=True)
 class Straight:
-    """A function without layers; what it is given and returns beside directions are arrays."""
+    """A function without layers; its inputs and outputs other than directions are arrays."""
 
     function: Function
 
 
 @dataclass(frozen=True)
 class Units:
-    """A function of one number, which gives each number of an array from that of another.
+    """A function that maps each of `count` numbers in an array to one in another.
 
-    Parameters
-    ----------
-    count
-        Numbers of either array.
-    function
-        Its parameter and its result are named like the arrays.
+    Its parameter and its result are named like the arrays.
     """
 
     count: int
@@ -41,10 +37,7 @@ class Units:
 class Sums:
     """A layer: the array `target` is `source @ weights + biases`.
 
-    Parameters
-    ----------
-    weights, biases
-        Shapes (inputs, sums) and (sums,).
+    Weights and biases have shapes (inputs, sums) and (sums,).
     """
 
     source: str
@@ -57,7 +50,7 @@ Stage: TypeAlias = Straight | Units | Sums
 
 
 def stages(function: Function) -> list[Stage]:
-    """What a function does, one after the other.
+    """The steps of a function, in order.
 
     Arrays `x1`, `x2` ... hold inputs of layers, and `s1`, `s2` ... their sums.
     """
@@ -103,9 +96,7 @@ def _with_inputs(
 
 
 def _unit(function: Function, values: Sequence[int], array: str) -> Function | None:
-    """The function of one number whose values at those of an array these are, one after the other;
-    None where there is none.
-    """
+    """The function that maps each number in an array to the value at its index, if there is one."""
     forms = {_form(function, value, array, index) for index, value in enumerate(values)}
     if len(forms) > 1 or None in forms:
         return None
@@ -117,8 +108,9 @@ def _unit(function: Function, values: Sequence[int], array: str) -> Function | N
 
 
 def _form(function: Function, value: int, array: str, index: int) -> Hashable:
-    """What a value is of one number of an array, the same for all of them; None where it is not of
-    that number alone.
+    """The formula for a value in terms of one number in an array, independent of the index.
+
+    None if it depends on anything else.
     """
     names: dict[int, Hashable] = {}
     form: list[Hashable] = []

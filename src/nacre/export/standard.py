@@ -1,4 +1,4 @@
-"""Standard materials as files that nacre reads, too: MaterialX, USD, glTF and MDL."""
+"""Standard materials as files that nacre can also read: MaterialX, USD, glTF and MDL."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ export material {name}() = material(
 
 
 class StandardTarget(Target):
-    """Files of a format that nacre writes and reads."""
+    """Files in a format that nacre writes and reads."""
 
     ending: ClassVar[str]
 
@@ -41,7 +41,6 @@ class StandardTarget(Target):
             return load_brdf(path).replaced(name=brdf.name, source=brdf.source)
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
-        """See :class:`nacre.export.target.Target`."""
         brdf = super().held(self.reflectance(material))
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, f"{name}{self.ending}")
@@ -50,35 +49,26 @@ class StandardTarget(Target):
 
 
 class MaterialXSurface(StandardTarget):
-    """See :mod:`nacre.export.standard`."""
-
     title = "MaterialX: a document of one OpenPBR surface"
     ending, model = ".mtlx", "openpbr"
 
 
 class Usda(StandardTarget):
-    """See :mod:`nacre.export.standard`."""
-
     title = "USD: an OpenPBR surface, and what UsdPreviewSurface has of it, as text"
     ending, model = ".usda", "openpbr"
 
 
 class Glb(StandardTarget):
-    """See :mod:`nacre.export.standard`."""
-
     title = "glTF: a sphere in a material with all ratified extensions of reflection"
     ending, model = ".glb", "gltf"
 
 
 class Mdl(StandardTarget):
-    """See :mod:`nacre.export.standard`."""
-
     title = "MDL: a module of one material, and the measured table that it shows"
     holds = frozenset({TABLES, WIDE})
     ending = ".mbsdf"
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
-        """See :class:`nacre.export.target.Target`."""
         brdf = self.reflectance(material)
         about = "\n".join(f"// {line}".rstrip() for line in preamble(brdf))
         module = _MDL.format(preamble=about, name=name)

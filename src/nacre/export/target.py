@@ -1,4 +1,4 @@
-"""What a target of exports is, and the registry of targets."""
+"""What an export target is, and the registry of targets."""
 
 from __future__ import annotations
 
@@ -18,62 +18,46 @@ TABLES, WIDE, TEXTURES = "tables", "wide networks", "textures"
 
 
 class Target(abc.ABC):
-    """A language or tool that a material is written for."""
+    """A language or tool that materials are exported to."""
 
     title: ClassVar[str]
-    """What the target is, in a line of a list."""
+    """Describes the target in a list."""
     holds: ClassVar[frozenset[str]] = frozenset()
-    """What it holds beside small networks and formulas: of :data:`TABLES`, :data:`WIDE` and
-    :data:`TEXTURES`."""
+    """Which of :data:`TABLES`, :data:`WIDE` and :data:`TEXTURES` it holds, besides small networks
+    and formulas."""
     model: ClassVar[str] = ""
-    """The analytic model that alone it holds, of :data:`nacre.analytic.MODELS`: any other
-    reflectance is fitted by it."""
+    """If it holds only one analytic model, its name in :data:`nacre.analytic.MODELS`; the model is
+    fitted to any other reflectance."""
 
     @abc.abstractmethod
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
-        """The content of the files that the material becomes, by name.
+        """The contents of the material's files, by name.
 
-        Parameters
-        ----------
-        name
-            Identifier of the material (see :func:`nacre.export.identifier`), which names of files
-            and of what they define begin with.
-
-        Raises
-        ------
-        NacreError
-            If the target cannot hold the material; the message says why, and what can.
+        `name` is the material's identifier (see :func:`nacre.export.identifier`); the names of
+        files and of everything they define begin with it. Raises NacreError if the target cannot
+        hold the material; the message says why, and which can.
         """
 
     def held(self, brdf: Brdf, progress: Progress | None = None) -> Brdf:
-        """A reflectance as the target holds it.
-
-        Raises
-        ------
-        NacreError
-            If it cannot be fitted by the model of the target.
-        """
+        """A reflectance as the target holds it; NacreError if the target's model cannot fit it."""
         return self.of_model(brdf, progress) if self.model else brdf
 
     def of_model(self, material: Brdf | Btf, progress: Progress | None = None) -> AnalyticBrdf:
-        """A material that has to be a reflectance in RGB, fitted where it is not of :attr:`model`.
+        """The material as the target's :attr:`model`, fitted if it is not one already.
 
-        Raises
-        ------
-        NacreError
-            If it is another, or cannot be fitted.
+        Raises NacreError if it is no reflectance in RGB, or cannot be fitted.
         """
         return fitted(self.reflectance(material), MODELS.find(self.model), progress)
 
     def reflectance(self, material: Brdf | Btf) -> Brdf:
-        """A material that has to be a reflectance in RGB; NacreError where it is another."""
+        """The material, if it is a reflectance in RGB; NacreError otherwise."""
         name = material.name or "this material"
         if not isinstance(material, Brdf):
             raise NacreError(f"{name}: is a texture, and this holds reflectances{other(TEXTURES)}")
         if material.wavelengths is not None:
             raise NacreError(
-                f"{name}: is spectral, and all targets hold RGB: nacre fit makes a network of its "
-                "colors"
+                f"{name}: is spectral, and all targets hold RGB: fit a network to its colors first "
+                "(nacre fit)"
             )
         return material
 
@@ -100,16 +84,16 @@ TARGETS: Registry[type[Target]] = Registry(
         "usda": "nacre.export.standard:Usda",
         "gltf": "nacre.export.standard:Glb",
         "mdl": "nacre.export.standard:Mdl",
-        "principled": "nacre.export.principled:PrincipledScript",
-        "blender-closures": "nacre.export.blender_closures:BlenderClosures",
-        "blender-addon": "nacre.export.blender_closures:BlenderAddon",
+        "principled": "nacre.export.blender:PrincipledScript",
+        "blender-closures": "nacre.export.blender:BlenderClosures",
+        "blender-addon": "nacre.export.blender:BlenderAddon",
     },
     base=Target,
 )
-"""Targets by the name that users give; packages add theirs by an entry point of `nacre.targets`."""
+"""Targets by name; packages add theirs by an entry point in `nacre.targets`."""
 
 
 def other(what: str) -> str:
-    """How an error of a target that does not hold something ends, with those that do."""
+    """The end of an error message: the targets that do hold something."""
     names = [name for name, target in TARGETS.members() if what in target.holds]
     return f"; export it --to {', '.join(names[:-1])} or {names[-1]}" if names else ""

@@ -1,7 +1,7 @@
 """Functions as steps on tensors: a row for each value, a column for each pair of directions.
 
-The sums of a layer are one tensor, and so is what is done to all of them alike; what else a
-function computes are single rows.
+The sums of a layer form one tensor, and so does what is done to all of them alike; everything else
+is computed in single rows.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from nacre.compile.trace import FLOAT, INDEX, sources
 from nacre.export.program import Function
 
 Constants: TypeAlias = npt.NDArray[Any]
-"""One number, or one a row: float32, or int32 of indices."""
+"""One number, or one per row: float32, or int32 for indices."""
 Operand: TypeAlias = "int | Constants"
-"""An earlier step by its place, or constants."""
+"""The index of an earlier step, or constants."""
 
-_APART = frozenset(("input", "dense", "take"))  # what is not done to many rows at once
+_APART = frozenset(("input", "dense", "take"))  # operations that do not work on many rows at once
 _FOLDED: Mapping[str, Callable[..., Any]] = {
     "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide, "neg": np.negative,
     "min": np.minimum, "max": np.maximum, "sqrt": np.sqrt, "exp": np.exp, "log": np.log,
     "truncate": np.trunc, "to_float": np.float32,
 }  # fmt: skip
-"""What is computed of numbers when it is written down."""
+"""Operations that are evaluated at export if their operands are constants."""
 
 
 @dataclass(frozen=True)
@@ -38,18 +38,14 @@ class Step:
     Parameters
     ----------
     kind, name
-        As of operations (see :mod:`nacre.compile.trace`), or "input", a parameter of the function;
+        As in operations (see :mod:`nacre.compile.trace`), or "input", a parameter of the function;
         "row", one row of a tensor; "stack", rows as one tensor.
-    rows
-        Number of rows.
-    operands
-        What the operation takes.
     row
-        Of "row": which one it is.
+        For "row": its index.
     parameter
-        Of "input": its name.
+        For "input": its name.
     tables
-        Of "take", the values, shape (values,); of "dense", weights (inputs, rows) and biases
+        For "take", the values, shape (values,); for "dense", weights (inputs, rows) and biases
         (rows,).
     """
 
@@ -64,15 +60,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Steps:
-    """A function as steps in order.
-
-    Parameters
-    ----------
-    steps
-        The tensors.
-    results
-        Which step each result is, by name.
-    """
+    """A function as tensors in order; results are indices of steps, by name."""
 
     steps: Sequence[Step]
     results: Mapping[str, int]
@@ -85,7 +73,7 @@ def steps(function: Function) -> Steps:
 
 
 def compact(values: Weights) -> npt.NDArray[np.floating]:
-    """Weights in half precision where that holds them exactly."""
+    """Weights, in half precision if that holds them exactly."""
     with np.errstate(over="ignore"):
         half = values.astype(np.float16)
     return half if np.array_equal(half, values) else values
@@ -109,12 +97,11 @@ class _Builder:
             if values not in wanted:
                 wanted.add(values)
                 left.extend(self._before(values))
-        # What an item is made of has smaller numbers than the item.
+        # Operands have smaller numbers than their results.
         for values in sorted(wanted, key=lambda values: (max(values), len(values))):
             self._places[values] = self._made(values)
 
     def place(self, values: Sequence[int]) -> int:
-        """The step of values that are wanted."""
         return self._places[tuple(values)]
 
     def _add(self, step: Step) -> int:
@@ -122,7 +109,7 @@ class _Builder:
         return len(self.steps) - 1
 
     def _before(self, values: tuple[int, ...]) -> list[tuple[int, ...]]:
-        """What values are made of, apart from numbers."""
+        """What values are computed from, apart from constants."""
         operations = [self._function.operations[value] for value in values]
         name = operations[0][1]
         if len(values) > 1 and not self._is_one(values):
@@ -137,9 +124,9 @@ class _Builder:
         return [item for item in items if self._constants(item) is None]
 
     def _is_one(self, values: tuple[int, ...]) -> bool:
-        """Whether values are one tensor: a layer, or what is done to its sums alike."""
+        """Whether values form one tensor: a layer, or what is done to its sums alike."""
         if values not in self._alike:
-            distinct = len(set(values)) == len(values)  # else a tensor would have too few rows
+            distinct = len(set(values)) == len(values)  # otherwise a tensor would have too few rows
             self._alike[values] = len(values) == 1 or (distinct and self._isomorphic(values))
         return self._alike[values]
 
@@ -159,7 +146,7 @@ class _Builder:
         )
 
     def _constants(self, values: tuple[int, ...]) -> Constants | None:
-        """The numbers that values always are, if they are such; one where all are the same."""
+        """The constants that values are, or None; a single one if all are equal."""
         found = [self._numbers[value] for value in values]
         if None in found:
             return None
@@ -168,7 +155,7 @@ class _Builder:
         return np.array(kept, np.int32 if whole else np.float32)
 
     def _known(self, value: int) -> float | None:
-        """The number that a value always is, also where it is computed from such alone."""
+        """The constant that a value is, also if computed from constants alone."""
         operation = self._function.operations[value]
         given = [self._numbers[source] for source in sources(operation)]
         numbers = [np.float32(number) for number in given if number is not None]
@@ -221,13 +208,13 @@ class _Builder:
         )
 
     def _repeated(self, constants: Constants, rows: int) -> int:
-        """Numbers in every column: a result that depends on nothing."""
+        """Constants in every column: a result that depends on nothing."""
         row = self._add(Step(FLOAT, "row", 1, (0,)))
         zero = self._add(Step(FLOAT, "mul", 1, (row, np.zeros(1, np.float32))))
         return self._add(Step(FLOAT, "add", rows, (zero, constants)))
 
     def _layer(self, weights: int, biases: int, rows: int, inputs: Sequence[int]) -> int:
-        """A layer; inputs that are numbers go into its biases."""
+        """A layer; constant inputs are added to its biases."""
         matrix = self._function.tables[weights].reshape(len(inputs), rows)
         numbers = [self._numbers[value] for value in inputs]
         known = np.array([0.0 if number is None else number for number in numbers])

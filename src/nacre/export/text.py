@@ -1,4 +1,4 @@
-"""Text of materials in other languages: identifiers, and what an output begins with."""
+"""Text about materials in other languages: identifiers, and the head of an output."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from nacre.btf import Btf
 
 _MAX_NAME = 60
 _SAFE = frozenset(string.ascii_letters + string.digits + " .,:;()+-_=%")
-"""Characters that end no comment and no string of any language."""
+"""Characters that cannot end a comment or a string in any language."""
 
 
 def identifier(name: str) -> str:
@@ -48,7 +48,7 @@ def safe(text: str) -> str:
 
 
 def shortest(number: np.float32) -> str:
-    """The fewest digits that are read as the same number, whatever NumPy is set to print."""
+    """The fewest digits that parse to the same number, whatever NumPy's print options."""
     if not math.isfinite(number):
         return str(float(number))
     if number == 0.0 or 1e-4 <= abs(number) < 1e16:
@@ -65,7 +65,7 @@ CONVENTIONS = (
 
 
 def facts(material: Brdf | Btf) -> dict[str, str]:
-    """What an output says of its material, each in one line: what it is, from what, size, error."""
+    """What an output says about its material, one line each: model, source, size, error, terms."""
     known = material.describe()
     found = {"material": f"{safe(material.name) or 'A material'}; written by nacre export"}
     sizes = [safe(f"{known[key]} {key}") for key in ("weights", "memory bytes") if key in known]
@@ -86,5 +86,5 @@ def facts(material: Brdf | Btf) -> dict[str, str]:
 
 
 def preamble(material: Brdf | Btf) -> list[str]:
-    """Lines that an output begins with: what is known of its material, and conventions."""
+    """The first lines of an output: facts about its material, and conventions."""
     return [*facts(material).values(), "", *CONVENTIONS]

@@ -1,15 +1,15 @@
 NACRE_PREAMBLE
 //
-// A material for three.js; the module imports nothing, so that pages hand over the three.js that
-// they use (written for and tested with NACRE_REVISION):
+// A material for three.js. The module imports nothing; pages pass in the three.js that they use
+// (written for and tested with NACRE_REVISION):
 //
 //     import * as THREE from "three";         // or "three/webgpu", for WebGPURenderer
 //     import { createMaterial } from "./NACRE_NAME.js";
 //     const mesh = new THREE.Mesh(geometry, createMaterial(THREE, { environment: texture }));
 //
 // Light comes from the directional, point and spot lights of the scene, with their shadows, from an
-// equirectangular map, and from ambient light; of rectangular area lights there is none. Tone
-// mapping and color space are those of the renderer. material.dispose() frees all but the map.
+// equirectangular map, and from ambient light; rectangular area lights have no effect. Tone mapping
+// and color space are those of the renderer. material.dispose() frees everything but the map.
 
 export const name = "NACRE_NAME";
 export const anisotropic = NACRE_ANISOTROPIC; // then meshes need uv coordinates, or tangents
@@ -22,11 +22,11 @@ export const wgsl = `NACRE_WGSL`;
 // A material of either renderer.
 //
 // THREE        all of "three" for WebGLRenderer, or of "three/webgpu" for WebGPURenderer
-// environment  equirectangular texture with linear values, half floats at best; it is given mipmaps
+// environment  equirectangular texture with linear values, best in half floats; it gets mipmaps
 // environmentIntensity  factor of the environment
 // samples      directions in which the surroundings are seen, for each pixel
-// textures     of an encoded texture: what loadTextures gives; it stays when materials are disposed of
-// parameters   whatever else materials of three.js take, such as side
+// textures     for an encoded texture: the result of loadTextures; materials do not dispose of it
+// parameters   other options of three.js materials, such as side
 //
 // The first three options are properties of the material as well.
 export function createMaterial(THREE, options = {}) {

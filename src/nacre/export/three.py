@@ -1,4 +1,4 @@
-"""three.js: a module that makes a material of either of its renderers."""
+"""three.js: a module that makes a material for either of its renderers."""
 
 from __future__ import annotations
 
@@ -21,12 +21,11 @@ _REVISION = "three.js r187"
 
 
 class Three(TextureTarget):
-    """See :mod:`nacre.export.three`; `three.js` beside it is what it fills in."""
+    """Fills in the template `three.js`."""
 
     title = "three.js: a module with a material for WebGLRenderer and WebGPURenderer"
 
     def reflectance_files(self, brdf: Brdf, name: str) -> Mapping[str, bytes]:
-        """See :class:`nacre.export.textures.target.TextureTarget`."""
         values = {
             "PREAMBLE": _comments(preamble(brdf)),
             "ANISOTROPIC": json.dumps(not brdf.isotropic),
@@ -40,7 +39,6 @@ class Three(TextureTarget):
         return {f"{name}.js": _module(name, values)}
 
     def texture_files(self, texture: Btf, atlas: TextureAtlas, name: str) -> Mapping[str, bytes]:
-        """See :class:`nacre.export.textures.target.TextureTarget`."""
         head = _comments([*preamble(texture), *texture_facts(texture, atlas, name)])
         module = _module(name, {**texture_values(atlas, name), "PREAMBLE": head})
         return {f"{name}.js": module, **atlas.files(name)}
@@ -51,8 +49,7 @@ def _comments(lines: Sequence[str]) -> str:
 
 
 def _module(name: str, values: Mapping[str, str]) -> bytes:
-    """The template with values in their places."""
     given = {**values, "REVISION": _REVISION, "NAME": name}
     template = resources.files("nacre.export").joinpath("three.js").read_text("utf-8")
-    # In one pass: what is put in may hold the name of a place.
+    # In one pass: a value may contain the name of a place.
     return re.sub(r"NACRE_([A-Z]+)", lambda place: given[place[1]], template).encode()

@@ -13,8 +13,6 @@ from nacre.export.textures.source import Dialect, TextureSourceTarget
 
 
 class WgslLanguage(Language):
-    """WGSL."""
-
     types: ClassVar = {FLOAT: "f32", INDEX: "i32", MASK: "bool"}
     vectors = "vec{}f"
     packed = False  # as in GLSL
@@ -53,8 +51,6 @@ def _textures(name: str, arrays: Mapping[str, Halves]) -> list[str]:
 
 
 class Wgsl(TextureSourceTarget):
-    """See :mod:`nacre.export.wgsl`."""
-
     title = "WGSL functions for WebGPU"
     language, suffix = WgslLanguage(), ".wgsl"
     dialect = Dialect(

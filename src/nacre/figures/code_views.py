@@ -1,4 +1,4 @@
-"""Pictures of codes: what lies between two of them, and a map of many."""
+"""Pictures of codes: the way between two, and a map of many."""
 
 from __future__ import annotations
 
@@ -20,24 +20,19 @@ from nacre.render.preview import render_preview
 from nacre.render.sphere import render_sphere, standard_lights
 from nacre.runtime.progress import Progress, silent
 
-_THUMBNAIL, _SIDE, _PAGE = 64, 0.42, 8.0
-"""Pixels along an edge of a sphere on a map, and inches; inches of the map."""
-_NAME, _GAP = 0.18, 0.06
-"""Inches: height of a name, and space between two."""
-_ROOM = 4.0
-"""The page's area over that of all spheres and names, at least."""
+_THUMBNAIL = 64  # pixels along an edge of a sphere on a map
+_SIDE, _PAGE, _NAME, _GAP = 0.42, 8.0, 0.18, 0.06  # inches: a sphere, the map, a name, a gap
+_ROOM = 4.0  # the least area of the page over that of all spheres and names
 _HIGHLIGHT = "#d62728"
 
 
 def coded(
     files: Sequence[Path], basis: LatentBasis, progress: Progress = silent
 ) -> list[CodedBrdf]:
-    """The materials of the codes in `.json` files, or of the codes of the materials in others.
+    """The materials of codes in `.json` files; materials in other files are encoded first.
 
-    Raises
-    ------
-    FormatError
-        If a file cannot be read, holds a code of another basis, or an anisotropic material.
+    Raises FormatError if a file cannot be read, or holds a code of another basis or an anisotropic
+    material.
     """
     found = []
     for path in files:
@@ -58,10 +53,10 @@ def between(first: CodedBrdf, second: CodedBrdf, count: int) -> list[CodedBrdf]:
 
 
 def displayed(material: CodedBrdf, size: int, spp: int | None) -> npt.NDArray[np.float32]:
-    """The preview of a material in values of display, shape (size, size, 3).
+    """The preview of a material in display values, shape (size, size, 3).
 
-    Samples per pixel are those of a preview, which is denoised, where `spp` is None. Materials of
-    one neural basis share their hidden layers, so that one kernel renders all of them.
+    If `spp` is None, samples are those of a preview, which is denoised. Materials of one neural
+    basis share their hidden layers, so that one kernel renders all of them.
     """
     return tone_map(render_preview(material, size=size, spp=spp))
 
@@ -73,8 +68,9 @@ def strip(
     progress: Progress = silent,
     columns: int | None = None,
 ) -> npt.NDArray[np.uint8]:
-    """Previews of materials side by side, in rows of so many where `columns` is given; white where
-    the last row ends early. Shape (size * rows, size * columns, 3).
+    """Previews of materials side by side, shape (size * rows, size * columns, 3).
+
+    They are in one row unless `columns` is given; the rest of the last row is white.
     """
     columns = columns or len(materials)
     rows = -(-len(materials) // columns)
@@ -95,14 +91,10 @@ def draw_map(
     seed: int,
     progress: Progress,
 ) -> Figure:
-    """The t-SNE map of codes of one basis, with a sphere for each; some names are ringed.
+    """The t-SNE map of codes of one basis, with a sphere for each; highlighted names get a ring.
 
-    There are :data:`nacre.latent.map.MIN_CODES` or more; the same seed gives the same map.
-
-    Raises
-    ------
-    NacreError
-        If there are too few materials.
+    The same seed gives the same map. Raises NacreError if there are fewer materials than
+    :data:`nacre.latent.map.MIN_CODES`.
     """
     places = embed([material.code for material in materials], seed)
     light = standard_lights()["environment"]
@@ -119,10 +111,10 @@ def map_figure(
     pictures: Sequence[npt.NDArray[np.floating]],
     highlighted: Collection[str] = (),
 ) -> Figure:
-    """Spheres of materials where they are on the map, the highlighted ones ringed in red.
+    """Spheres of materials at their places on the map; highlighted ones have a red ring.
 
-    Spheres with their names are moved apart as little as it takes until none covers another. Places
-    have shape (n, 2), pictures are in display values, shape (size, size, 3).
+    Spheres and their names are moved apart until none covers another, as little as possible. Places
+    have shape (n, 2); pictures are in display values, shape (size, size, 3).
     """
     ruler = Page(1.0, 1.0)
     widths = [ruler.text_width(ruler.text(0.0, 0.0, name, 8.0)) + _GAP for name in names]

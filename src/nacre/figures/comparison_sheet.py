@@ -1,4 +1,4 @@
-"""The sheet of `nacre compare`: both spheres under both lights, and where they differ."""
+"""The sheet of `nacre compare`: both spheres under both lights, and their differences."""
 
 from __future__ import annotations
 
@@ -20,23 +20,17 @@ _NAMES = {"environment": "Environment", "directional": "Directional light, 45°"
 
 
 def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) -> Bytes:
-    """Draw a comparison.
+    """Draw a comparison as sRGB bytes, shape (height, width, 3).
 
-    Rows are lights; columns are the reference, the model, and the FLIP error map. A model that is
-    known from few samples has another row: how dark and how bright it may be. Pictures are tone
-    mapped as for the metrics; shadows are drawn with smooth edges, which no figure or map sees.
+    Rows are lights; columns are the reference, the model, and the FLIP error map. If the model is
+    known from few samples, another row shows how dark and how bright it may be. Pictures are tone
+    mapped as for the metrics. Shadows are drawn with smooth edges, which do not affect any number
+    or map.
 
     Parameters
     ----------
-    comparison
-        What to draw.
     views
         Square linear renderings of both materials in one scene, for another row.
-
-    Returns
-    -------
-    array of shape (height, width, 3)
-        sRGB bytes.
 
     Raises
     ------
@@ -73,7 +67,7 @@ def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) 
 
 
 def _smooth(image: Image, brdf: Brdf, light: Light) -> Image:
-    """A sphere whose shadow has a smooth edge; only a light of one direction gives it one."""
+    """A sphere whose shadow has a smooth edge; only light from one direction casts one."""
     if light.count > 1:  # the page cuts out the rim smoothly
         return image
     smooth, coverage = smooth_edges(image, brdf, light)

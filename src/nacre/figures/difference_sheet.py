@@ -1,23 +1,25 @@
-"""A sheet of rows, each a reference, a model of it, and where they differ."""
+"""Sheets of pictures in rows: a reference, a model, and their difference."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from nacre.array import Floats
 from nacre.color import tone_map
-from nacre.figures.page import FAINT, PAPER, Bytes, Page, enlarged, magma
+from nacre.figures.page import FAINT, PAPER, Bytes, Page, enlarged, magma, scale_end
 
 WIDTH, CELL_PIXELS = 8.0, 384
-"""Width of a sheet in inches, and pixels of its cells where a sheet does not ask for more."""
+"""Width of a sheet in inches, and the least pixels along an edge of its cells."""
 
+_NOTES = 2  # lines below renderings
 _MARGIN, _GAP = 0.25, 0.15
 _CELL = (WIDTH - 2 * _MARGIN - 2 * _GAP) / 3
 _COLUMNS = tuple(_MARGIN + k * (_CELL + _GAP) for k in range(3))
+# Heights in inches: titles with and without names, a row's label, below pictures, a note, the end.
 _HEADER, _STRIP_HEADER, _LABEL, _BELOW, _LINE, _END = 0.95, 0.45, 0.34, 0.08, 0.2, 0.2
-"""Inches: heights of titles, of those of a strip, of a row's label, below pictures, of a note, of
-the end."""
 
 
 @dataclass(frozen=True)
@@ -29,13 +31,13 @@ class Row:
     reference, model
         Linear RGB, shape (height, width, 3); 1 is white.
     error
-        Shape (height, width), in what the color scale is in.
+        Shape (height, width), in the unit of the color scale.
     label, note
-        Above the row, to the left and to the right; no room is left where both are empty.
+        Above the row, left and right; if both are empty, they take no space.
     sphere
-        Whether the pictures are of the sphere (:mod:`nacre.render.sphere`).
+        Whether the pictures show the sphere (:mod:`nacre.render.sphere`).
     smooth
-        Whether they are interpolated where they are enlarged; if not, a pixel stays a square.
+        Whether enlarging interpolates; otherwise a pixel stays a square.
     """
 
     reference: Floats
@@ -47,7 +49,7 @@ class Row:
     smooth: bool = False
 
     def layout(self, cell: int) -> tuple[float, float]:
-        """Width and height of its pictures in inches, in cells of some pixels."""
+        """Width and height of its pictures in inches, in cells with some pixels."""
         height, width = self.reference.shape[:2]
         if self.sphere or self.smooth:
             longest = max(height, width)
@@ -65,25 +67,22 @@ def difference_sheet(
     cell: int = CELL_PIXELS,
     titles: tuple[str, str] = ("Reference", "Model"),
 ) -> Bytes:
-    """Draw rows of pictures below two titles and that of the error, as sRGB bytes.
+    """Draw rows of pictures below column titles, as sRGB bytes.
 
     Parameters
     ----------
-    rows
-        From top to bottom.
     scale
         Error at the bright end of the color scale.
     error
-        What the error is, in a few words.
+        Title of the third column.
     names
-        Of the files of the reference and of the model; where both are empty, the page is a strip
-        without room for them.
+        Files of the reference and the model; if both are empty, there is no space for them.
     notes
         Lines of text below.
     cell
-        Pixels of a cell's edge, at least those of any picture that is not smooth.
+        Pixels along a cell's edge, at least those of any picture that is not smooth.
     titles
-        Of the first two columns.
+        For the first two columns.
     """
     header = _HEADER if any(names) else _STRIP_HEADER
     heights = [row.layout(cell)[1] + _above(row) + _BELOW for row in rows]
@@ -125,9 +124,35 @@ def _above(row: Row) -> float:
     return _LABEL if row.label or row.note else _GAP
 
 
-def sheet_size(size: int, notes: int, cell: int) -> tuple[int, int]:
-    """Width and height in pixels of a sheet of one row of square pictures, before it is drawn."""
-    factor = max(1, cell // size)
-    height = _HEADER + _GAP + _BELOW + _CELL * factor * size / cell + _LINE * notes + _END
+def difference(truth: Floats, other: Floats) -> Floats:
+    """Largest absolute difference of the channels of linear pictures clipped to [0, 1]."""
+    return np.asarray(np.abs(np.clip(other, 0.0, 1.0) - np.clip(truth, 0.0, 1.0)).max(-1))
+
+
+def panels_size(size: int) -> tuple[int, int]:
+    """Width and height in pixels of :func:`rendering_panels` for square renderings."""
+    cell = max(size, CELL_PIXELS)
+    tall = _CELL * (cell // size) * size / cell
+    height = _HEADER + _GAP + _BELOW + tall + _LINE * _NOTES + _END
     dpi = cell / _CELL
     return round(WIDTH * dpi), round(height * dpi)
+
+
+def rendering_panels(
+    truths: Sequence[Floats],
+    others: Sequence[Floats],
+    names: tuple[str, str] = ("truth", "other"),
+    note: str = "",
+) -> Iterator[Bytes]:
+    """Draw linear renderings of one scene, or of its frames, beside those of a reference, as bytes.
+
+    From left to right: the reference, the model, and :func:`difference`, whose color scale is the
+    same in all frames. Small renderings are enlarged without smoothing, others keep their pixels.
+    The note below is a line of numbers.
+    """
+    rows = [Row(a, b, difference(a, b)) for a, b in zip(truths, others, strict=True)]
+    scale = scale_end(row.error for row in rows)
+    meaning = f"Difference: the largest of the channels; white is 1, colors end at {scale:g}"
+    for row in rows:
+        cell = max(CELL_PIXELS, *row.error.shape)
+        yield difference_sheet([row], scale, "Difference", names, (note, meaning), cell)

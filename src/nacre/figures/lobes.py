@@ -1,4 +1,4 @@
-"""Lobes: a reflectance along the plane of incidence, dense where it is steep."""
+"""Lobes: a reflectance in the plane of incidence, sampled densely where it is steep."""
 
 from __future__ import annotations
 
@@ -8,36 +8,34 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.geometry import from_spherical, join
 
-Floats = npt.NDArray[np.floating]
 Mask = npt.NDArray[np.bool_]
 
 _HORIZON = math.radians(89.9)
 _STEP = math.radians(1.0)
 _FINEST = math.radians(0.005)
-_TOLERANCE = 0.02
-"""Largest error of a straight line between two points, in the logarithm of f_r."""
-_FAINT = 1e-6
-"""Part of the lobe's peak below which it need not be followed."""
+_TOLERANCE = 0.02  # largest error of a line between two points, in the logarithm of f_r
+_FAINT = 1e-6  # relative to its peak, a lobe is not followed below this
 
 
 @dataclass(frozen=True)
 class Lobe:
-    """f_r for one direction to the light, along the plane through it and the normal.
+    """f_r for one direction to the light, in the plane through it and the normal.
 
     Parameters
     ----------
     incidence
         Polar angle of the light in radians, in [0, pi/2).
     azimuth
-        Azimuth in radians of the side that the mirror direction is on.
+        Azimuth of the mirror direction in radians.
     theta
         Angles of the viewer from the normal in radians, increasing, shape (n,): positive on the
         side of the mirror direction, which is at `incidence`; the light is at -`incidence`.
     rgb
-        f_r in 1/sr, linear RGB, shape (n, 3); NaN where it is not known.
+        f_r in 1/sr, linear RGB, shape (n, 3); NaN where unknown.
     """
 
     incidence: float
@@ -46,21 +44,19 @@ class Lobe:
     rgb: Floats
 
     def intensity(self) -> Floats:
-        """f_r times cos theta of the viewer in 1/sr, shape (n, 3): where reflected light goes."""
+        """f_r times cos theta of the viewer in 1/sr, shape (n, 3): the flow of reflected light."""
         return np.asarray(self.rgb * np.cos(self.theta)[:, None])
 
 
 def lobe(brdf: Brdf, incidence: float, azimuth: float = 0.0) -> Lobe:
-    """Trace a lobe.
+    """Trace a lobe of any reflectance.
 
-    It starts from a step of 1 degree and a fan of angles about the mirror direction and back to the
-    light, and halves steps down to 0.005 degrees where the logarithm of f_r bends, or where a
-    measurement ends.
+    It starts from steps of 1 degree, with finer angles around the mirror direction and the light,
+    and halves steps down to 0.005 degrees where the logarithm of f_r bends, or where a measurement
+    ends.
 
     Parameters
     ----------
-    brdf
-        Any reflectance.
     incidence
         Polar angle of the light in radians, in [0, pi/2).
     azimuth
@@ -97,7 +93,7 @@ def lobe(brdf: Brdf, incidence: float, azimuth: float = 0.0) -> Lobe:
 
 
 def _bent(theta: Floats, f: Floats) -> Mask:
-    """Steps that have to be halved, shape (n - 1,)."""
+    """Steps that must be halved, shape (n - 1,)."""
     step = np.diff(theta)
     known = np.asarray(np.isfinite(f).all(axis=1))
     long: Mask = step > 2.0 * _FINEST

@@ -1,7 +1,7 @@
-"""The page on which all pictures are composed: panels, text and color scales, placed in inches.
+"""The page for all pictures: panels, text and color scales, placed in inches.
 
 Sheets are 8 inches wide. A README shows pictures about 800 pixels wide, where a point of text is
-then 1.4 pixels high: nothing is set smaller than 8 points on them.
+1.4 pixels high, so no text on them is smaller than 8 points.
 """
 
 from __future__ import annotations
@@ -18,57 +18,46 @@ from nacre.render.sphere import MARGIN
 
 Bytes = npt.NDArray[np.uint8]
 Figure: TypeAlias = Any
-"""Of Matplotlib: one page."""
+"""A Matplotlib figure."""
 
 DPI = 160
-"""Pixels of an inch, where the pictures on a page do not ask for another number."""
+"""Pixels per inch, unless the pictures on a page need others."""
 
 PAPER, INK, FAINT, RULE = "#ededeb", "#202124", "#65676b", "#d0d0cd"
-"""Background of sheets; text that matters, text that helps, and lines."""
+"""Background of sheets; main text, secondary text, and lines."""
 
 SCALES = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
-"""Ends of the color scale of errors: a few fixed steps, so that most sheets share one."""
+"""Ends of the color scale for errors: a few fixed steps, so that most sheets share one."""
 
 
 def magma(values: Floats) -> Floats:
-    """Colors in [0, 1], shape (..., 3), of values in [0, 1], shape (...)."""
+    """Colors in [0, 1], shape (..., 3), for values in [0, 1], shape (...)."""
     colors = np.asarray(require("matplotlib", "plot").colormaps["magma"](np.clip(values, 0.0, 1.0)))
     return np.asarray(colors[..., :3])
 
 
 def scale_end(errors: Iterable[Floats]) -> float:
-    """The first of :data:`SCALES` that is not exceeded by 99.5 % of the values of any map."""
+    """The first of :data:`SCALES` that covers 99.5 % of the values in every map."""
     peak = max(float(np.percentile(values, 99.5)) for values in errors)
     return next((end for end in SCALES if end >= peak), SCALES[-1])
 
 
 def display_bytes(values: Floats) -> Bytes:
-    """Bytes of display values, which are clipped to [0, 1]."""
+    """Bytes for display values, clipped to [0, 1]."""
     return np.asarray(np.rint(np.clip(values, 0.0, 1.0) * 255.0).astype(np.uint8))
 
 
 def enlarged(pixels: Any, size: int) -> Any:
-    """A picture whose pixels are repeated as often as its longest edge stays within `size`."""
+    """A picture with pixels repeated as often as its longest edge allows within `size`."""
     factor = max(1, size // max(pixels.shape[:2]))
     return pixels.repeat(factor, axis=0).repeat(factor, axis=1)
 
 
 class Page:
-    """A Matplotlib figure on which things are placed in inches from the upper left.
+    """A Matplotlib figure with items placed in inches from the upper left.
 
-    Parameters
-    ----------
-    width, height
-        In inches.
-    paper
-        Color of the background.
-    dpi
-        Pixels of an inch.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
+    Width and height are in inches; `paper` is the background color. Raises MissingExtraError if
+    Matplotlib is not installed.
     """
 
     def __init__(self, width: float, height: float, paper: str = PAPER, dpi: float = DPI) -> None:
@@ -92,11 +81,11 @@ class Page:
     ) -> Any:
         """A picture of display values in [0, 1], shape (height, width, 3 or 4), in a box.
 
-        If `smooth`, it is interpolated where it is enlarged.
+        If `smooth`, enlarging interpolates.
         """
         axes = self.axes(x, y, width, height)
         axes.imshow(
-            display_bytes(pixels),  # Matplotlib would cut values off where this rounds
+            display_bytes(pixels),  # this rounds, where Matplotlib would truncate
             interpolation="bicubic" if smooth else "nearest",
             aspect="auto",
             interpolation_stage="rgba",
@@ -106,7 +95,7 @@ class Page:
     def sphere(self, x: float, y: float, side: float, pixels: Floats) -> None:
         """A picture of a sphere (:mod:`nacre.render.sphere`) in display values, cut out smoothly.
 
-        Its shape is (size, size, 3), and its box a square; what is outside the sphere is not shown.
+        Its shape is (size, size, 3), its box a square; pixels outside the sphere are not shown.
         """
         size = len(pixels)
         # Colors just inside the rim continue outwards, so that enlarging mixes in no background.
@@ -121,7 +110,7 @@ class Page:
         axes.images[0].set_clip_path(rim)
 
     def ring(self, x: float, y: float, radius: float, color: str) -> None:
-        """A circle about a place in inches."""
+        """A circle around a place in inches."""
         patches = require("matplotlib.patches", "plot")
         place = x / self.width, 1.0 - y / self.height
         size = 2.0 * radius / self.width, 2.0 * radius / self.height
@@ -140,7 +129,7 @@ class Page:
     ) -> Any:
         """Text at a place in inches; with a `limit`, one line that loses its middle if too wide.
 
-        Matplotlib's options `ha`, `va` and others are taken; the base line lies at `y` by default.
+        `options` are Matplotlib's, such as `ha` and `va`; by default the baseline is at `y`.
         """
         place = x / self.width, 1.0 - y / self.height
         options = {"fontsize": size, "color": color, "parse_math": False} | options
@@ -151,14 +140,14 @@ class Page:
         return found
 
     def line(self, x: float, y: float, x_end: float, y_end: float, **style: Any) -> None:
-        """A line between two places in inches, in a style of Matplotlib's; a thin rule without."""
+        """A line between two places in inches, by default a thin rule; `style` is Matplotlib's."""
         lines = require("matplotlib.lines", "plot")
         ends = [x / self.width, x_end / self.width], [1.0 - v / self.height for v in (y, y_end)]
         style = {"color": RULE, "linewidth": 0.7} | style
         self.figure.add_artist(lines.Line2D(*ends, **style))
 
     def error_scale(self, x: float, y: float, width: float, end: float) -> None:
-        """The colors of errors from 0 to `end`, with numbers below."""
+        """The colors for errors from 0 to `end`, with numbers below."""
         bar = magma(np.linspace(0.0, 1.0, 256))[None]
         self.image(x, y, width, 0.09, bar)
         for part, align in ((0.0, "left"), (0.5, "center"), (1.0, "right")):
@@ -172,11 +161,11 @@ class Page:
         return np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
     def text_width(self, text: Any) -> float:
-        """Width in inches of what :meth:`text` returned."""
+        """Width in inches of a text from :meth:`text`."""
         return float(text.get_window_extent().width / self.figure.dpi)
 
     def _shortened(self, text: Any, limit: float) -> str:
-        """The longest start and end of a text, with an ellipsis between, within a width."""
+        """The longest start and end of a text, joined by an ellipsis, that fit."""
         whole: str = text.get_text()
         if self.text_width(text) <= limit:
             return whole
@@ -191,13 +180,3 @@ class Page:
             else:
                 high = kept - 1
         return found
-
-
-def broken(name: str, length: int = 17) -> str:
-    """A long name in lines, broken at dashes and underscores."""
-    lines = [""]
-    for part in name.replace("_", "_ ").replace("-", "- ").split():
-        if lines[-1] and len(lines[-1]) + len(part) > length:
-            lines.append("")
-        lines[-1] += part
-    return "\n".join(lines)

@@ -1,4 +1,4 @@
-"""Polar plots of lobes: materials over one another, in the plane of incidence."""
+"""Polar plots of lobes in the plane of incidence, with materials on top of each other."""
 
 from __future__ import annotations
 
@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.color import luminance
 from nacre.errors import FormatError, NacreError, require
-from nacre.figures.chart import COLORS
 from nacre.figures.lobes import Lobe, lobe
 from nacre.figures.page import DPI, FAINT, INK, RULE, Page
 from nacre.geometry import from_spherical, join
@@ -23,38 +22,32 @@ from nacre.io.files import PathLike, atomic_path
 from nacre.latent.estimates import plausible
 from nacre.latent.intervals import reflectance_interval
 
-Floats = npt.NDArray[np.floating]
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+"""The palette of Okabe and Ito, for all kinds of color vision."""
 
 PLOTS = (".png", ".svg", ".pdf")
 """Endings of the files that :func:`write_plot` writes."""
 
 _RGB = ("red", "green", "blue")
 CHANNELS = ("luminance", *_RGB, "rgb")
-"""What can be drawn of a color; "rgb" is a row of panels for each channel."""
+"""The ways to draw a color; "rgb" is a row of panels for each channel."""
 
 INCIDENCE = tuple(math.radians(degrees) for degrees in (15.0, 45.0, 75.0))
-"""Polar angles of the light that are drawn unless others are asked for."""
+"""Default polar angles of the light."""
 
 MAX_MATERIALS = 7
-"""As many as there are colors that can be told apart."""
+"""The number of distinguishable colors."""
 
 _REFERENCE = "#a3a6ab"
 
 _MAX_DECADES = 6
 _INNER = math.radians(85.0)
-_MARGIN, _FOOTER, _PIECE = 0.2, 0.36, 0.32
-"""Inches at both sides, below the panels, and of a line in the key."""
-_NOTE_DENSITY = 17
-"""Characters of the note that an inch holds."""
-_KEY_SIZE = 9
-"""Points of the materials' names."""
-
-_ALL_LABELLED = 5
-"""Rings up to which each has a label; of more, every other one."""
-_EXTENT = (1.28, -0.14, 1.34)
-"""Half the width, the lower and the upper edge, in radii."""
-_PANEL = (2.0 * _EXTENT[0] * 1.25, (_EXTENT[2] - _EXTENT[1]) * 1.25)
-"""Width and height in inches."""
+_MARGIN, _FOOTER, _PIECE = 0.2, 0.36, 0.32  # inches: both sides, below the panels, lines in the key
+_NOTE_DENSITY = 17  # characters of the note per inch
+_KEY_SIZE = 9  # points of the materials' names
+_ALL_LABELLED = 5  # with more rings than this, every other one has a label
+_EXTENT = (1.28, -0.14, 1.34)  # half the width, the lower and the upper edge, in radii
+_PANEL = (2.0 * _EXTENT[0] * 1.25, (_EXTENT[2] - _EXTENT[1]) * 1.25)  # inches
 
 Place = tuple[str, float, float]
 
@@ -68,11 +61,11 @@ def lobe_figure(
     cosine: bool = False,
     floor: float | None = None,
 ) -> Any:
-    """Draw lobes on a logarithmic polar scale, a panel for each angle of incidence.
+    """Draw lobes on a logarithmic polar scale, with a panel for each angle of incidence.
 
-    Light comes from the left, the mirror direction is on the right. Lines have gaps where f_r is
-    not known. The first of several materials is a wide gray line beneath the others. Of materials
-    that are known from few samples, a band is where f_r lies with 90 % probability.
+    Light comes from the left; the mirror direction is on the right. Lines have gaps where f_r is
+    unknown. The first of several materials is a wide gray line below the others. For materials
+    known from few samples, a band shows where f_r lies with 90 % probability.
 
     Parameters
     ----------
@@ -87,8 +80,8 @@ def lobe_figure(
     cosine
         Whether f_r is multiplied by the cosine of the viewer.
     floor
-        Value at the center in 1/sr; lower ones are drawn there. Where None: the power of ten below
-        all values but those near the horizon, at most seven decades below the largest.
+        Value at the center in 1/sr; lower values are drawn there, too. By default the power of ten
+        below all values except near the horizon, at most seven decades below the largest.
 
     Returns
     -------
@@ -153,12 +146,9 @@ def lobe_figure(
 
 
 def check_plot_path(path: PathLike) -> Path:
-    """The path, if a plot can have its ending and Matplotlib is there; to be called before work.
+    """The path, after checking its ending and that Matplotlib is there; call it before work.
 
-    Raises
-    ------
-    FormatError
-        If its ending is none of :data:`PLOTS`.
+    Raises FormatError if the ending is none of :data:`PLOTS`.
     """
     path = Path(path)
     if path.suffix.lower() not in PLOTS:
@@ -168,19 +158,12 @@ def check_plot_path(path: PathLike) -> Path:
 
 
 def write_plot(figure: Any, path: PathLike) -> None:
-    """Write a figure, whole or not at all; the same figure gives the same bytes.
-
-    Parameters
-    ----------
-    figure
-        Of :func:`lobe_figure`, or any of Matplotlib's.
-    path
-        `.png`, `.svg` or `.pdf`.
+    """Write a Matplotlib figure, whole or not at all; the same figure gives the same bytes.
 
     Raises
     ------
     FormatError
-        If the ending is none of these or the file cannot be written.
+        If the ending is not `.png`, `.svg` or `.pdf`, or the file cannot be written.
     MissingExtraError
         If Matplotlib is not installed.
     """
@@ -193,7 +176,7 @@ def write_plot(figure: Any, path: PathLike) -> None:
 
 
 def _values(item: Lobe, channel: str, cosine: bool) -> Floats:
-    """One channel of a lobe, shape (n,); NaN where it is not known."""
+    """One channel of a lobe, shape (n,); NaN where unknown."""
     rgb = item.intensity() if cosine else item.rgb
     if channel == "luminance":
         return np.asarray(luminance((rgb[:, 0], rgb[:, 1], rgb[:, 2])))
@@ -205,7 +188,7 @@ def _range(
 ) -> tuple[float, float]:
     """Decimal logarithms of the values at the center and at the rim.
 
-    Close to the horizon values may be as small as they like: they do not move the center.
+    Values close to the horizon can be arbitrarily small and do not affect the center.
     """
     theta = np.concatenate([item.theta for item in lobes for _ in channels])
     values = np.concatenate([_values(item, c, cosine) for item in lobes for c in channels])
@@ -222,7 +205,7 @@ def _range(
 
 
 def _bands(brdf: Brdf, lobes: Sequence[Lobe]) -> list[tuple[Lobe, Lobe]]:
-    """Both ends of the interval of f_r along lobes; none where the material is not uncertain."""
+    """The lower and upper ends of f_r along lobes; none if the material has no uncertainty."""
     others = plausible(brdf)
     if not others:
         return []
@@ -236,14 +219,13 @@ def _bands(brdf: Brdf, lobes: Sequence[Lobe]) -> list[tuple[Lobe, Lobe]]:
 
 
 def _style(index: int, count: int) -> dict[str, Any]:
-    """How the lines of a material look."""
     if count > 1 and index == 0:
         return {"color": _REFERENCE, "linewidth": 3.2, "solid_capstyle": "butt"}
     return {"color": COLORS[index - (count > 1)], "linewidth": 1.2, "solid_capstyle": "round"}
 
 
 def _arrange(names: Sequence[str], width: float) -> tuple[list[Place], float]:
-    """Where the key's names go, in inches from the upper left, in rows; and the key's height.
+    """Places for the names in the key, in rows, in inches from the upper left; and its height.
 
     A name that is too long for a row loses its middle.
     """
@@ -260,7 +242,7 @@ def _arrange(names: Sequence[str], width: float) -> tuple[list[Place], float]:
 
 
 def _readable(value: float) -> str:
-    """A value in plain digits where these are few, else as a power of ten."""
+    """A value in plain digits if these are few, else as a power of ten."""
     exponent = math.log10(value)
     if abs(exponent) < 2.5 or abs(exponent - round(exponent)) > 1e-9:
         return f"{value:.4g}"
@@ -268,7 +250,7 @@ def _readable(value: float) -> str:
 
 
 def _draw_grid(axes: Any, incidence: float, low: float, high: float, title: str) -> None:
-    """Rings, spokes, the light and the mirror direction; a title to the lower left."""
+    """Rings, spokes, the light and the mirror direction; a title at the lower left."""
     axes.set_axis_off()
     axes.set_xlim(-_EXTENT[0], _EXTENT[0])
     axes.set_ylim(*_EXTENT[1:])
@@ -298,13 +280,13 @@ def _draw_grid(axes: Any, incidence: float, low: float, high: float, title: str)
 def _draw_curve(
     axes: Any, theta: Floats, values: Floats, low: float, high: float, style: Mapping[str, Any]
 ) -> None:
-    """Values of shape (n,) against angles in radians from the normal; gaps where they are NaN."""
+    """Values (n,) at angles in radians from the normal, with gaps at NaN."""
     r = _radii(values, low, high)
     axes.plot(r * np.sin(theta), r * np.cos(theta), zorder=2, **style)
 
 
 def _draw_band(axes: Any, theta: Floats, radii: Sequence[Floats], color: str) -> None:
-    """What lies between two curves, at angles (n,) and radii (n,) each."""
+    """The area between two curves, at angles (n,) with radii (n,) each."""
     inner, outer = (np.minimum(r, 1.0) for r in radii)
     r, angle = np.concatenate([inner, outer[::-1]]), np.concatenate([theta, theta[::-1]])
     axes.fill(r * np.sin(angle), r * np.cos(angle), color=color, alpha=0.2, linewidth=0, zorder=1)

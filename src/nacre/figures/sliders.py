@@ -1,4 +1,4 @@
-"""A page of sliders: along each, pictures of what a named direction makes of a material."""
+"""A page of sliders that move a material along named directions."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ _CARD = Template("""\
 
 
 def moved(material: CodedBrdf, edit: Edit, count: int) -> list[CodedBrdf]:
-    """What a direction makes of a material, at `count` even steps from end to end."""
+    """A material at `count` even steps along a direction, from end to end."""
     amounts = np.linspace(-REACH, REACH, count)
     codes = [edit.apply(material.code, amount) for amount in amounts]
     return [
@@ -97,16 +97,12 @@ def slider_page(
     ----------
     name
         Of the material.
-    edits
-        A slider each.
-    rows
-        What each direction makes of the material (:func:`moved`).
+    edits, rows
+        Directions, one per slider, and the materials along each (:func:`moved`).
     caption
-        A line about a material, shown below its picture.
+        Makes a line about a material, shown below its picture.
     size, spp
-        Of previews: edge in pixels, and samples per pixel, of which None is the default.
-    progress
-        Called as pictures are rendered.
+        For previews: edge in pixels, and samples per pixel, with a default for None.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The map of texels as a picture: points by family, names of textures at their texels."""
+"""Draws the map of texels: points by family, names of textures at their texels."""
 
 from __future__ import annotations
 
@@ -17,24 +17,20 @@ from nacre.textures.embedding import EmbeddingMap
 
 Places = npt.NDArray[np.float64]
 
-_SIZE, _KEY = 8.0, 1.4
-"""Inches: edge of the map, and width of the key beside it."""
-_DOT, _SQUARE = 9.0, 26.0
-"""Square points."""
-_CLOSE = 0.25
-"""Fraction of a texture's texels that are nearest to its name."""
+_SIZE, _KEY = 8.0, 1.4  # inches: edge of the map, and width of the key beside it
+_DOT, _SQUARE = 9.0, 26.0  # square points
+_CLOSE = 0.25  # fraction of a texture's texels that are nearest to its name
 _ROUNDS = 2000
-_GAP = 0.01
-"""Between boxes that are moved apart, as a fraction of their mean height."""
+_GAP = 0.01  # between boxes that are moved apart, as a fraction of their mean height
 
 
 def family(name: str) -> str:
-    """What several materials of one kind are called: the name without a number at its end."""
+    """The name of a kind of materials: the name without a number at its end."""
     return name.rstrip("0123456789").rstrip("_- ") or name
 
 
 def family_colors(families: Collection[str]) -> dict[str, Any]:
-    """A color for each, in the order of their names; the 21st has that of the first."""
+    """A color for each family, in the order of names; they repeat after the 20th."""
     names = sorted(set(families))
     known = require("matplotlib", "plot").colormaps["tab10" if len(names) <= 10 else "tab20"].colors
     return {name: known[index % len(known)] for index, name in enumerate(names)}
@@ -43,9 +39,9 @@ def family_colors(families: Collection[str]) -> dict[str, Any]:
 def scatter_families(
     axes: Any, places: Places, families: Sequence[str], ringed: npt.NDArray[np.bool_], size: float
 ) -> None:
-    """Draw points on axes in the colors of their families; larger ones with a ring if so marked.
+    """Draw points in the colors of their families; marked ones are larger and have a ring.
 
-    Places have shape (n, 2), sizes are square points; each family gets a label.
+    Places have shape (n, 2), sizes are in square points; each family gets a label.
     """
     of = np.array(families)
     for name, color in family_colors(families).items():
@@ -60,23 +56,17 @@ def scatter_families(
 
 
 def _bare(axes: Any) -> None:
-    """Leave out the scales, which mean nothing; equal in both directions."""
+    """Hide the scales, which have no meaning; they are equal in both directions."""
     axes.set_xticks([])
     axes.set_yticks([])
     axes.set_aspect("equal", "datalim")
 
 
 def texel_map_figure(chart: EmbeddingMap, *, new: int = 0, own_colors: bool = False) -> Figure:
-    """A map of texels, each texture named where most of its texels lie.
+    """A map of texels, with each texture named where most of its texels are.
 
-    Parameters
-    ----------
-    chart
-        To be shown.
-    new
-        How many of its textures, the last ones, are ringed and named in bold.
-    own_colors
-        Whether texels are squares of their own colors; otherwise dots of that of the family.
+    The last `new` textures have rings and bold names. With `own_colors`, texels are squares in
+    their own colors; otherwise they are dots in the family's color.
     """
     width = _SIZE if own_colors else _SIZE + _KEY
     page = Page(width, _SIZE, "white")
@@ -96,10 +86,7 @@ def texel_map_figure(chart: EmbeddingMap, *, new: int = 0, own_colors: bool = Fa
 def write_table(chart: EmbeddingMap, path: PathLike) -> None:
     """Write texels with their textures, places and colors as comma-separated values.
 
-    Raises
-    ------
-    FormatError
-        If the file cannot be written.
+    Raises FormatError if the file cannot be written.
     """
     rows: list[list[object]] = [
         ["texture", "family", "column", "row", "x", "y", "red", "green", "blue"]
@@ -122,9 +109,9 @@ def _scatter_squares(axes: Any, chart: EmbeddingMap, ringed: npt.NDArray[np.bool
 
 
 def middle(places: Places) -> Places:
-    """The point of a cloud that has a quarter of the others closest about it, shape (2,).
+    """The point in a cloud whose nearest quarter is closest, shape (2,).
 
-    The mean of a cloud in two parts lies in neither of them.
+    The mean of a cloud in two parts would lie in neither.
     """
     distances = np.linalg.norm(places[:, None] - places, axis=2)
     count = max(1, round(_CLOSE * len(places)))
@@ -133,7 +120,7 @@ def middle(places: Places) -> Places:
 
 
 def _name(page: Page, axes: Any, chart: EmbeddingMap, new: int) -> None:
-    """Write names of textures at their texels, apart from one another."""
+    """Write names of textures at their texels, without overlaps."""
     effects = require("matplotlib.patheffects", "plot")
     halo = [effects.withStroke(linewidth=2.0, foreground="white")]
     size = 7.0 if len(chart.names) > 40 else 9.0
@@ -158,10 +145,10 @@ def _name(page: Page, axes: Any, chart: EmbeddingMap, new: int) -> None:
 
 
 def apart(centers: Places, sizes: Places, bounds: Places) -> Places:
-    """Centers of boxes, shape (n, 2), moved as little as it takes until none lies over another.
+    """Centers of boxes, shape (n, 2), moved as little as possible until none overlap.
 
-    They stay between a lower and an upper corner, shape (2, 2); where there is too little room
-    some may still touch.
+    They stay between a lower and an upper corner, shape (2, 2); if space is short, some may still
+    touch.
     """
     shaken: Places = 1e-4 * sizes.mean() * np.random.default_rng(0).standard_normal(centers.shape)
     found: Places = centers + shaken
@@ -175,7 +162,7 @@ def apart(centers: Places, sizes: Places, bounds: Places) -> Places:
         hit = (over > 0.0).all(axis=2)
         if not hit.any():
             break
-        # Apart along the axis on which less is to go, each half of it.
+        # Separate along the axis with less overlap, each by half of it.
         along = over.argmin(axis=2)
         step = np.where(hit, over.min(axis=2), 0.0) * 0.5
         for axis in (0, 1):

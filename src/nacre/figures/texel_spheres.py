@@ -1,4 +1,4 @@
-"""Spheres of codes side by side: what single texels look like as materials."""
+"""Spheres for codes side by side: single texels as materials."""
 
 from __future__ import annotations
 
@@ -13,20 +13,17 @@ from nacre.figures.page import Figure, Page
 from nacre.render.sphere import frames, sphere_normals, standard_lights
 from nacre.textures.codecs.codec import TexelCodec, on_all_cores
 
-_PIXELS = 72
-_DIRECTIONS = 192
-"""Of the environment's light."""
-_PART = 512
-"""Pixels at a time."""
-_SIDE, _CAPTION, _ACROSS = 1.3, 0.42, 6
-"""Inches: edge of a sphere, height of its caption; spheres in a row."""
+_PIXELS = 72  # along an edge of a sphere
+_DIRECTIONS = 192  # of the environment's light
+_PART = 512  # pixels at a time
+_SIDE, _CAPTION, _ACROSS = 1.3, 0.42, 6  # inches of a sphere and its caption; spheres in a row
 
 
 def texel_spheres(codec: TexelCodec, codes: Floats) -> Floats:
-    """Spheres of one code each in the light of the standard environment.
+    """Spheres for single codes under the standard environment.
 
-    They are those of :mod:`nacre.render.sphere`, with fewer directions; directions are prepared
-    once for all codes, shape (n, values). The result is linear RGB, shape (n, pixels, pixels, 3).
+    They match :mod:`nacre.render.sphere`, with fewer directions, which are prepared once for all
+    codes, shape (n, values). Returns linear RGB, shape (n, pixels, pixels, 3).
     """
     light = standard_lights(count=_DIRECTIONS)["environment"]
     normals, mask = sphere_normals(_PIXELS)
@@ -48,7 +45,7 @@ def texel_spheres(codec: TexelCodec, codes: Floats) -> Floats:
 
 
 def spheres_figure(pictures: Floats, captions: Sequence[str]) -> Figure:
-    """Spheres in rows, each over its caption; that of the first is bold."""
+    """Spheres in rows, with captions below; the first caption is bold."""
     across = min(_ACROSS, len(pictures))
     rows = -(-len(pictures) // across)
     page = Page(across * _SIDE, rows * (_SIDE + _CAPTION), "white")

@@ -1,4 +1,4 @@
-"""The sheet of two textures under some lights from some views, and where they differ."""
+"""The sheet for two textures under some lights from some views, and their differences."""
 
 from __future__ import annotations
 
@@ -25,18 +25,12 @@ SHOWN = (
 def texture_sheet(truth: Btf, other: Btf, names: tuple[str, str] = ("truth", "other")) -> Bytes:
     """Draw two textures at the measured pairs of directions nearest to :data:`SHOWN`, as bytes.
 
-    They are those that :func:`nacre.metrics.texture_comparison.matched` takes.
-
-    Columns are the reference, the model, and the largest absolute difference of the channels.
-    Pictures of more than 384 pixels a side are reduced by means over squares of pixels; small ones
-    are enlarged without smoothing. No pair is shown twice. Each row has an exposure of its own, so
-    that the brightest texels of the reference but one in a hundred are white; differences are
-    relative to the same white.
-
-    Raises
-    ------
-    NacreError
-        If they do not fit.
+    Both are compared on the pairs from :func:`nacre.metrics.texture_comparison.matched`; raises
+    NacreError if these do not match. Columns are the reference, the model, and the largest absolute
+    difference of the channels. Pictures with more than 384 pixels a side are reduced by means over
+    squares of pixels; small ones are enlarged without smoothing. No pair appears twice. Each row
+    has its own exposure, in which all but the brightest hundredth of the reference's texels stay
+    below white; differences are relative to that white.
     """
     other = matched(truth, other)
     wanted = [nearest_pair(truth, from_degrees(*wi), from_degrees(*wo)) for wi, wo in SHOWN]
@@ -51,7 +45,7 @@ def texture_sheet(truth: Btf, other: Btf, names: tuple[str, str] = ("truth", "ot
 
 
 def _row(truth: Btf, other: Btf, pair: int) -> Row:
-    """A row; the difference is found before pictures are reduced."""
+    """A row; the difference is computed before pictures are reduced."""
     a, b = (texture.images(np.array([pair]))[0] for texture in (truth, other))
     white = max(float(np.percentile(a.max(-1), 99.0)), 1e-4)
     first, second, error = (reduced(v / white, CELL_PIXELS) for v in (a, b, np.abs(b - a).max(-1)))

@@ -1,4 +1,4 @@
-"""Pictures of one texture at some pairs of directions, laid out as a sheet."""
+"""Pictures of one texture at some pairs of directions, laid out on a sheet."""
 
 from __future__ import annotations
 
@@ -15,15 +15,13 @@ from nacre.geometry import split, to_spherical
 from nacre.measured.textures.directions import from_degrees
 from nacre.textures.selection import nearest_pair
 
-_CELL = 256
-"""Most pixels of an edge of a picture among several."""
-_MIN_CELL = 160
-"""Pixels that a picture's width is enlarged to, about, where it has no caption."""
+_CELL = 256  # the most pixels along an edge of a picture among several
+_MIN_CELL = 160  # about the pixels that a picture without caption is enlarged to
+# Inches: between cells, at the edges, and the heights of the title and a caption.
 _GAP, _MARGIN, _HEADER, _CAPTION = 0.12, 0.2, 0.62, 0.4
-"""Inches: between cells, at the edges, heights of the title and of a caption."""
+# Polar angles and azimuths in degrees that `capture_sheet` shows.
 _LIGHTS = ((0.0, 0.0), (45.0, 180.0), (45.0, 90.0), (75.0, 0.0))
 _VIEWS = ((0.0, 0.0), (45.0, 0.0), (75.0, 90.0))
-"""Polar angles and azimuths in degrees that :func:`capture_sheet` shows."""
 
 Angles = Sequence[tuple[float, float]]
 """Polar angles and azimuths in degrees."""
@@ -51,16 +49,16 @@ def texture_panels(btf: Btf, pairs: Indices, columns: int) -> Bytes:
     return page.pixels()
 
 
-def capture_sheet(btf: Btf, repeats: int = 2) -> Floats:
-    """Linear values of pictures at four lights (columns) and three views (rows), tiled.
+def capture_sheet(btf: Btf) -> Floats:
+    """Linear pictures under four lights (columns) from three views (rows), tiled.
 
-    Each is of the pair nearest to what is wanted, under a lamp of the same power throughout, which
-    makes most of the first picture nearly white: reflectance times the light's cosine.
+    Each uses the pair nearest to the wanted one, under a lamp with constant power that makes most
+    of the first picture nearly white: reflectance times the light's cosine.
     """
     chosen = nearest_pairs(btf, _LIGHTS, _VIEWS)
     pictures = reduced_pictures(btf, chosen) * btf.wi[chosen, 2][..., None, None, None]
     bright = float(np.quantile(pictures[0, 0].max(-1), 0.9))
-    pictures = np.tile(pictures * (0.8 / max(bright, 1e-3)), (1, 1, repeats, repeats, 1))
+    pictures = np.tile(pictures * (0.8 / max(bright, 1e-3)), (1, 1, 2, 2, 1))
     factor = max(1, _MIN_CELL // pictures.shape[3])
     pictures = pictures.repeat(factor, 2).repeat(factor, 3)
     framed = np.pad(pictures, ((0, 0), (0, 0), (1, 1), (1, 1), (0, 0)), constant_values=1.0)
@@ -68,7 +66,7 @@ def capture_sheet(btf: Btf, repeats: int = 2) -> Floats:
 
 
 def texels(btf: Btf, height: int, width: int) -> str:
-    """The size of a texture in words, and how it is shown in a picture of some pixels."""
+    """The size of a texture in words, and its scale in a picture with some pixels."""
     size = f"{btf.width:,} x {btf.height:,} texels"
     step = max(-(-btf.width // width), -(-btf.height // height))
     return size if step == 1 else f"{size}, {step} x {step} a pixel"
@@ -95,7 +93,7 @@ def nearest_pairs(btf: Btf, lights: Angles, views: Angles) -> Indices:
 def reduced_pictures(btf: Btf, pairs: Indices) -> Floats:
     """Pictures, shape (*pairs.shape, height, width, 3), reduced to at most 256 pixels a side.
 
-    The pairs of directions are of any shape; where there is but one, it keeps its size.
+    The array of pairs may have any shape; a single picture keeps its size.
     """
     most = max(btf.width, btf.height) if pairs.size == 1 else _CELL
     shown, which = np.unique(pairs, return_inverse=True)
@@ -104,22 +102,22 @@ def reduced_pictures(btf: Btf, pairs: Indices) -> Floats:
 
 
 def laid_out(pictures: Floats) -> Floats:
-    """One picture of rows and columns of them, shape (rows, columns, height, width, 3)."""
+    """One picture from rows and columns, shape (rows, columns, height, width, 3)."""
     rows, columns, height, width, channels = pictures.shape
     return pictures.swapaxes(1, 2).reshape(rows * height, columns * width, channels)
 
 
 def in_rows(pictures: Floats, columns: int) -> Floats:
-    """Pictures (n, height, width, 3) as rows of some, for :func:`laid_out`; the rest is black."""
+    """Pictures (n, height, width, 3) in rows for :func:`laid_out`, filled up with black."""
     missing = -len(pictures) % columns
     whole = np.concatenate([pictures, np.zeros((missing, *pictures.shape[1:]), pictures.dtype)])
     return whole.reshape(-1, columns, *pictures.shape[1:])
 
 
 def reduced(picture: Floats, most: int) -> Floats:
-    """A picture of at most as many pixels a side: means over squares of some, or as it is.
+    """A picture reduced to at most `most` pixels a side by means over squares.
 
-    Squares at the right and below are cut by the edge. Any last axes, as that of channels, stay.
+    Squares at the right and bottom are cut by the edge. Further axes, such as channels, stay.
     """
     step = math.ceil(max(picture.shape[:2]) / most)
     for axis in (0, 1) if step > 1 else ():

@@ -1,4 +1,4 @@
-"""Plans of few measurements, and virtual measurements of Mitsuba's BSDFs."""
+"""Plans of few measurements, and virtual measurements of Mitsuba BSDFs."""
 
 import lazy_loader
 

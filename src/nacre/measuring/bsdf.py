@@ -1,4 +1,4 @@
-"""Mitsuba BSDFs by what describes them: JSON, or a scene file."""
+"""Mitsuba BSDFs from JSON descriptions or scene files."""
 
 from __future__ import annotations
 
@@ -12,19 +12,14 @@ from nacre.render.scene_file import scene_bsdfs
 
 
 def described_bsdf(text: str, where: str = "the description") -> MitsubaBrdf:
-    """The reflectance of a BSDF as `mitsuba.load_dict` takes it.
+    """The reflectance of a BSDF described by JSON, as for `mitsuba.load_dict`.
 
-    Parameters
-    ----------
-    text
-        A JSON object with a "type".
-    where
-        What errors call it.
+    Errors name the description by `where`.
 
     Raises
     ------
     NacreError
-        If it is no such object, or Mitsuba refuses it.
+        If the text is not an object with a "type", or Mitsuba refuses it.
     """
     from nacre.render import register
     from nacre.render.engine import mitsuba
@@ -41,7 +36,7 @@ def described_bsdf(text: str, where: str = "the description") -> MitsubaBrdf:
         ) from error
     except RecursionError as error:
         raise NacreError(f"{where}: is nested too deeply") from error
-    except ValueError as error:  # a number of endless digits
+    except ValueError as error:  # a number with too many digits
         raise NacreError(f"{where}: cannot be read: {reason(error)}") from error
     if not isinstance(description, dict) or not isinstance(description.get("type"), str):
         raise NacreError(f'{where}: expected an object with a type, like {{"type": "plastic"}}')
@@ -59,7 +54,7 @@ def described_bsdf(text: str, where: str = "the description") -> MitsubaBrdf:
 
 
 def _fatal(value: Any, place: str = "") -> str | None:
-    """The first thing in parsed JSON that Mitsuba 3.9.1 would not survive, in words."""
+    """The first thing in parsed JSON that would crash Mitsuba 3.9.1, in words."""
     if value is None:
         return f"{place[1:80]} is null; give it a value, or leave it out"
     if isinstance(value, dict) and value.get("type") == "blendbsdf" and "weight" not in value:
@@ -70,14 +65,7 @@ def _fatal(value: Any, place: str = "") -> str | None:
 
 
 def scene_bsdf(path: PathLike, name: str | None = None) -> MitsubaBrdf:
-    """The reflectance of a BSDF in a scene file.
-
-    Parameters
-    ----------
-    path
-        Mitsuba scene (`.xml`).
-    name
-        Id of the BSDF; may be left out where there is one.
+    """The reflectance of a BSDF in a Mitsuba scene (`.xml`); a single BSDF needs no id.
 
     Raises
     ------
@@ -89,7 +77,7 @@ def scene_bsdf(path: PathLike, name: str | None = None) -> MitsubaBrdf:
     if name is None and len(bsdfs) == 1:
         return _virtual(bsdfs[0], f"{path}: {bsdfs[0].id() or 'its BSDF'}")
     if name not in found:
-        problem = f"has no BSDF {name!r}" if name else "has not one BSDF; use --bsdf"
+        problem = f"has no BSDF {name!r}" if name else "has more or less than one BSDF; use --bsdf"
         nameless = sum(not bsdf.id() for bsdf in bsdfs)
         names = [*found, f"{nameless} without an id"] if nameless else found
         raise NacreError(f"{path}: {problem} (found: {', '.join(names) or 'none'})")
@@ -97,14 +85,14 @@ def scene_bsdf(path: PathLike, name: str | None = None) -> MitsubaBrdf:
 
 
 def _virtual(bsdf: Any, where: str) -> MitsubaBrdf:
-    """A BSDF of Mitsuba as a reflectance."""
+    """A Mitsuba BSDF as a reflectance."""
     from nacre.render.engine import mitsuba
 
     mi = mitsuba()
     if not isinstance(bsdf, mi.BSDF):
         raise NacreError(f"{where}: is not a BSDF")
     if not bsdf.flags() & int(mi.BSDFFlags.Smooth):
-        raise NacreError(f"{where}: reflects in single directions only; nothing can be measured")
+        raise NacreError(f"{where}: reflects only in single directions, so nothing can be measured")
     try:
         return MitsubaBrdf(bsdf)
     except NacreError as error:

@@ -1,11 +1,10 @@
-"""The pairs of directions after which least is left unknown of what pictures show.
+"""Finds the pairs of directions whose measurement leaves the least uncertainty in pictures.
 
-About each of some codes, ln(f cos theta_i + e) at pairs of directions and what views of the
-material show are nearly linear in the code. So is known, before anything is measured, how far
-measurements at given pairs narrow down the views: the code's covariance is that of a linear
-regression. Pairs are chosen one after the other, each for the smallest mean variance of the views
-that is left over all codes. What a code does not explain of a material is alike at neighboring
-pairs, so that measuring the same once more tells little.
+Near each of some codes, ln(f cos theta_i + e) at pairs of directions and views of the material are
+nearly linear in the code. So it is known in advance how much measurements at given pairs narrow
+down the views: the code's covariance is that of a linear regression. Pairs are chosen one by one,
+each for the smallest remaining variance of the views, averaged over all codes. What a code cannot
+express is similar at neighboring pairs, so that measuring near the same pair again tells little.
 """
 
 from __future__ import annotations
@@ -25,29 +24,29 @@ from nacre.sampling.lit_views import LitViews, lit_views
 
 VIEWS = 48
 NOISE = 0.1
-"""Standard deviation of ln f_r that no code explains and that differs from pair to pair."""
+"""Standard deviation of the part of ln f_r that no code explains and that varies between pairs."""
 ALIKE, REACH = 0.3, 0.1
-"""The same of what is alike at neighboring pairs, and how far: in inputs of a network."""
+"""The same for a part that is similar at neighboring pairs, and its reach in network inputs."""
 UNKNOWN = 2.0
-"""Standard deviation of codes about each of those that pairs are chosen for."""
+"""Standard deviation of codes around each of those that pairs are chosen for."""
 
-_BLACK = 1e-4  # added to radiance: of black, the gamma curve has no derivative
+_BLACK = 1e-4  # added to radiance: at black, the gamma curve has no derivative
 _SMALLEST = 1e-3  # conditional variance below which rounding errors would count
 
 
 class Design:
-    """How much pairs of directions tell of materials like those of some codes.
+    """Measures how informative pairs of directions are for materials similar to some codes.
 
     Parameters
     ----------
     basis
         Of the codes.
     codes
-        Materials that pairs are to be chosen for, shape (m, k).
+        Materials to choose pairs for, shape (m, k).
     exposures
         To choose from.
     known
-        Directions (n, 3) to the light and to the viewer that were measured already.
+        Directions (n, 3) to the light and to the viewer that are already measured.
     """
 
     def __init__(
@@ -74,16 +73,16 @@ class Design:
 
     @property
     def chosen(self) -> list[int]:
-        """Indices of the exposures that were chosen so far."""
+        """Indices of the exposures chosen so far."""
         return list(self._chosen)
 
     def left(self) -> float:
-        """Mean variance, over views and codes, of displayed values after what is measured."""
+        """Mean variance of displayed values, over views and codes, that measurements leave."""
         with one_blas_thread():
             return float(_unknown(self._views, self._state()[0]).mean())
 
     def choose(self) -> int:
-        """Index of the exposure that tells most beside those chosen and known; takes it.
+        """Choose the most informative exposure that is left, and return its index.
 
         Raises ValueError if there is none left.
         """
@@ -97,14 +96,17 @@ class Design:
         return best
 
     def _alike(self, some: npt.NDArray[np.intp], others: npt.NDArray[np.intp]) -> Floats:
-        """Covariances (..., a, b) of what is alike at pairs (..., a) and (..., b), in noise."""
+        """Covariances (..., a, b) of the similar part at pairs (..., a) and (..., b), in units of
+        noise.
+        """
         one, other = self._inputs[some][..., :, None, :], self._inputs[others][..., None, :, :]
         apart = np.square(one - other).sum(axis=-1)
         return np.asarray((ALIKE / NOISE) ** 2 * np.exp(-0.5 * apart / REACH**2))
 
     def _state(self) -> tuple[Floats, Floats, Floats]:
-        """Covariances (m, k, k) of codes, slopes (m, c, 3, k), and the covariances of noise of each
-        exposure, (g, p, p): given what is measured.
+        """Covariances of codes, slopes, and noise covariances of each exposure, given measurements.
+
+        Shapes are (m, k, k), (m, c, 3, k) and (g, p, p).
         """
         slopes, groups = self._slopes, self._groups
         m, c, _, k = slopes.shape
@@ -124,7 +126,7 @@ class Design:
         return covariance, left, alike - told[groups] @ near[groups].swapaxes(1, 2)
 
     def _scores(self) -> npt.NDArray[np.float64]:
-        """What :meth:`left` would be after each of the exposures."""
+        """The value of :meth:`left` after each of the exposures."""
         covariances, slopes, noise = self._state()
         groups = self._groups
         noise = np.kron(noise + _SMALLEST * np.eye(groups.shape[1]), np.eye(3)).astype(np.float32)
@@ -139,7 +141,7 @@ class Design:
 
 
 def _unknown(views: Floats, covariances: Floats) -> npt.NDArray[np.float64]:
-    """Mean variances (m,) of what views show, of roots and covariances (m, k, k)."""
+    """Mean variances (m,) of views, from roots and covariances (m, k, k)."""
     found = np.einsum("mij,mjk,mik->m", views, covariances, views, optimize=True)
     return np.asarray(found, np.float64)
 
@@ -156,8 +158,9 @@ def _slopes(basis: NeuralBasis, codes: Floats, wi: Floats, wo: Floats) -> npt.ND
 
 
 def _view_roots(basis: NeuralBasis, codes: Floats, lit: LitViews) -> npt.NDArray[np.float32]:
-    """R, shape (m, k, k): R^T R is the mean over views of the products of the derivatives, by the
-    values of the code, of what they show.
+    """R, shape (m, k, k), for which R^T R is the mean over views of products of derivatives.
+
+    These are derivatives of displayed values by the values of the code.
     """
     common, rows = basis.logarithms(lit.wi.reshape(-1, 3), lit.wo.reshape(-1, 3))
     found = []

@@ -15,21 +15,21 @@ from nacre.latent.directions import isotropic_inputs
 from nacre.neural.inputs import ENHANCED
 
 LIGHTS = 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 67.5, 75.0, 80.0
-"""Polar angles of the light in degrees, beside half the smallest angle to the detector."""
+"""Polar angles of the light in degrees, in addition to half the smallest angle to the detector."""
 HALFWAY = (0.0, 0.5, 1.0, 2.0, 3.0, 4.5, 6.5, 9.0, 12.0, 16.0, 21.0, 27.0, 34.0, 42.0, 52.0, 65.0)
-"""Polar angles of the half vector in degrees: close together where highlights are."""
+"""Polar angles of the half vector in degrees, dense in highlights."""
 AZIMUTHS = 9
 """Azimuths of the half vector from that of the light to the opposite one."""
 
-_ACROSS = 3  # pairs of a picture along either edge that stand for all of its pixels
-_SAME = 4  # decimals of a network's inputs by which pairs are the same
+_ACROSS = 3  # pairs along each edge that represent a picture
+_SAME = 4  # pairs are the same if network inputs agree to this many decimals
 
 
 @dataclass(frozen=True)
 class Exposures:
-    """What can be measured at once: pairs of unit directions, shapes (m, p, 3), float32.
+    """Simultaneous measurements: pairs of unit directions, shapes (m, p, 3), float32.
 
-    p is 1 for a detector, and the pairs that stand for a picture for a camera.
+    p is 1 for a detector; for a camera it is the number of pairs that represent a picture.
     """
 
     wi: npt.NDArray[np.float32]
@@ -40,29 +40,28 @@ class Exposures:
 
     @property
     def pairs(self) -> int:
-        """P."""
         return int(self.wi.shape[1])
 
 
 @dataclass(frozen=True)
 class Instrument:
-    """What directions an instrument reaches. Angles are in degrees.
+    """The directions that an instrument reaches. Angles are in degrees.
 
     Parameters
     ----------
     max_polar
         Largest angle between the normal and the light, and the normal and the detector.
     min_angle
-        Smallest angle between the light and the detector: closer, one is in the way of the other.
+        Smallest angle between the light and the detector, before one blocks the other.
     fixed_light
-        Polar angle of a light that cannot be moved, or None.
+        Polar angle of a light that cannot move, or None.
     in_plane
         Whether the detector stays in the plane of the light and the normal.
     step
-        Of the axes: angles are whole multiples of it.
+        Angles of the axes are multiples of this.
     field
-        Width and height, as angles seen from the sample, of what one picture of a camera covers;
-        None for a detector that measures one direction at a time.
+        Width and height of a camera's picture, as angles seen from the sample; None for a detector
+        that measures one direction at a time.
 
     Raises
     ------
@@ -90,9 +89,9 @@ class Instrument:
             raise ValueError(f"edges of a picture must be in 0 to 60, got {self.field}")
 
     def exposures(self) -> Exposures:
-        """What it can measure of an isotropic material, coarsely: light in the plane of azimuth 0.
+        """A coarse set of measurements for an isotropic material, with the light at azimuth 0.
 
-        Raises NacreError if that is nothing.
+        Raises NacreError if there are none.
         """
         lights = {0.5 * self.min_angle, *LIGHTS} if self.fixed_light is None else {self.fixed_light}
         azimuths = np.linspace(0.0, 180.0, 2 if self.in_plane else AZIMUTHS)
@@ -107,7 +106,7 @@ class Instrument:
         kept = self._reached(wi, wo).all(axis=1)
         wi, wo = np.broadcast_to(wi, wo.shape)[kept], wo[kept]
         if not len(wi):
-            raise NacreError("the instrument reaches no pair of directions; allow for more")
+            raise NacreError("the instrument reaches no pair of directions; relax its limits")
         inputs = isotropic_inputs(wi.reshape(-1, 3), wo.reshape(-1, 3), ENHANCED)
         keys = inputs.round(_SAME).reshape(len(wi), -1)
         first = np.sort(np.unique(keys, axis=0, return_index=True)[1])
@@ -123,14 +122,14 @@ class Instrument:
         return join(from_spherical(*angles)).astype(np.float64)
 
     def _reached(self, wi: Floats, wo: Floats) -> npt.NDArray[np.bool_]:
-        """Where the light and the detector can be, for directions (..., 3)."""
+        """Whether the light and the detector reach directions (..., 3)."""
         lowest = math.cos(math.radians(self.max_polar)) - 1e-6
         between = (wi * wo).sum(axis=-1)
         apart = between <= math.cos(math.radians(self.min_angle)) + 1e-6
         return np.asarray((wi[..., 2] >= lowest) & (wo[..., 2] >= lowest) & apart)
 
     def _seen(self, view: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        """Directions (m, p, 3) that a picture about each of `view`, (m, 3), stands for."""
+        """Directions (m, p, 3) that represent a picture around each of `view`, (m, 3)."""
         if self.field is None:
             return view[:, None]
         right = np.cross([0.0, 0.0, 1.0], view)

@@ -1,4 +1,4 @@
-"""The pairs of directions to measure next, after what is known of a material already."""
+"""The pairs of directions to measure next, given earlier measurements."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ from nacre.runtime.progress import Progress, silent
 from nacre.sampling.lit_views import lit_views
 
 PAYS = 0.01
-"""Fraction of the expected error by which another measurement must lower it to be worthwhile."""
+"""A measurement is worthwhile if it lowers the expected error by at least this fraction."""
 
-_DRAWS = 48  # codes that samples leave possible
-_CONSIDERED = 256  # samples beyond which others at their side hardly count
+_DRAWS = 48  # codes drawn from the posterior
+_CONSIDERED = 256  # more samples than this would change little
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """What to measure next, in order, and what to expect of it.
+    """Proposed measurements, in order, and their expected results.
 
     Parameters
     ----------
     wi, wo
         Unit directions to the light and to the viewer, shapes (n, 3), float32. Pairs of one
-        exposure follow each other.
+        exposure are adjacent.
     expected, low, high
-        f_r in 1/sr, linear RGB, and its interval of 90 %, shapes (n, 3).
+        f_r in 1/sr, linear RGB, and its 90 % interval, shapes (n, 3).
     errors
-        Mean absolute error of displayed values that is expected now and after each of the
-        exposures, shape (1 + exposures,).
+        Expected mean absolute error of displayed values, now and after each of the exposures, shape
+        (1 + exposures,).
     """
 
     wi: npt.NDArray[np.float32]
@@ -50,7 +50,7 @@ class Proposal:
 
     @property
     def pays(self) -> bool:
-        """Whether the first of them is worthwhile; see :data:`PAYS`."""
+        """Whether the first measurement is worthwhile; see :data:`PAYS`."""
         return len(self.errors) > 1 and bool(self.errors[1] < (1.0 - PAYS) * self.errors[0])
 
 
@@ -65,24 +65,22 @@ def propose(
     seed: int = 0,
     progress: Progress = silent,
 ) -> Proposal:
-    """The exposures that tell most beside what was measured.
+    """The exposures that add most to earlier measurements.
 
-    They are chosen as a plan is, but about codes that the samples leave possible.
+    They are chosen as for a plan, but for codes that are still possible.
 
     Parameters
     ----------
-    posterior
-        What the samples say, of the basis.
-    measured
-        The samples.
+    posterior, measured
+        The posterior of the code, and the samples behind it.
     instrument
-        What can be measured.
+        Limits what can be measured.
     count
-        Exposures, at most.
+        At most this many exposures.
     until
         Expected error at which to stop; see :class:`Proposal`.
     seed
-        Of the codes.
+        For drawing codes.
     progress
         Called with the exposures chosen.
 

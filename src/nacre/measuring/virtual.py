@@ -1,4 +1,4 @@
-"""Mitsuba's materials as reflectances, to be measured virtually."""
+"""Mitsuba's materials as reflectances, for virtual measurement."""
 
 from __future__ import annotations
 
@@ -21,25 +21,18 @@ class MitsubaBrdf(LobeSampledBrdf):
     Parameters
     ----------
     bsdf
-        A BSDF, or a dictionary for `mitsuba.load_dict`. Textures, bumps and normals are those of
-        one point, in the middle of the texture.
-    name
-        Name of the material.
+        A BSDF, or a dictionary for `mitsuba.load_dict`; as an attribute, always the BSDF. Textures,
+        bumps and normals are those at one point, in the middle of the texture.
 
     Raises
     ------
     NacreError
-        If the variant that is set is no such variant, or Mitsuba cannot evaluate the BSDF at a
-        point without a shape.
+        If another kind of variant is set, or Mitsuba cannot evaluate the BSDF at a point without a
+        shape.
     MissingExtraError
         If Mitsuba is not installed.
     LLVMError
         If there is no LLVM that Mitsuba can use.
-
-    Attributes
-    ----------
-    bsdf
-        The BSDF, which is what :func:`nacre.render.bsdf` gives of this.
     """
 
     traceable = False
@@ -54,12 +47,12 @@ class MitsubaBrdf(LobeSampledBrdf):
             )
         self.bsdf = self._mi.load_dict(dict(bsdf)) if isinstance(bsdf, Mapping) else bsdf
         self.name = name
-        # Flags do not tell of normals that a texture tilts.
+        # Flags do not cover normals that a texture tilts.
         anisotropic = self.bsdf.flags() & int(self._mi.BSDFFlags.Anisotropic)
         self.isotropic = not anisotropic and unchanged_by_quarter_turn(self)
 
     def left_out(self) -> list[str]:
-        """What the BSDF does with light that no reflectance has: for people, mostly empty."""
+        """Effects of the BSDF that no reflectance has, for people; mostly empty."""
         flags = self._mi.BSDFFlags
         parts = {
             "mirror reflection": int(flags.DeltaReflection),
@@ -70,10 +63,7 @@ class MitsubaBrdf(LobeSampledBrdf):
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`; NumPy arrays only.
 
-        Raises
-        ------
-        NacreError
-            If Mitsuba cannot evaluate the BSDF there, or gives values that are not finite.
+        Raises NacreError if Mitsuba cannot evaluate the BSDF there, or values are not finite.
         """
         mi = self._mi
         view = mi.Vector3f(np.ascontiguousarray(join(wo).T, np.float32))
@@ -95,7 +85,7 @@ class MitsubaBrdf(LobeSampledBrdf):
         return rgb[0], rgb[1], rgb[2]
 
     def _interaction(self, count: int) -> Any:
-        """The point that is measured, `count` times: on the plane z = 0, in a texture's middle."""
+        """The measured point, `count` times: on the plane z = 0, in the middle of a texture."""
         mi = self._mi
         interaction = require("drjit", "render").zeros(mi.SurfaceInteraction3f, count)
         x, y, z = mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0), mi.Vector3f(0, 0, 1)

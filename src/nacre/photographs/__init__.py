@@ -1,1 +1,1 @@
-"""Materials from photographs in known light."""
+"""Estimates materials from photographs in known light."""

@@ -1,4 +1,4 @@
-"""A material from photographs of it: scenes and pictures read, and what they say of its code."""
+"""Estimates a material from photographs: reads scenes and pictures, and searches for the code."""
 
 from __future__ import annotations
 
@@ -38,31 +38,31 @@ from nacre.runtime.store import Store
 
 MAX_PHOTOGRAPHS = 8
 ROUNDS = 4
-"""Times that pictures are recorded at most: each time by lobes of the material as it is known."""
+"""Pictures are recorded at most this often, each time with lobes of the latest estimate."""
 ENOUGH = 0.1
-"""Change of the values of a code, in the mean, below which it is not done again."""
+"""A mean change of the code's values below this ends the rounds."""
 
 NOISE = 0.02
 """Standard deviation of a pixel relative to its value."""
 
 _SIZE_LIMIT = 1 << 30  # bytes of a picture
-_ASPECT = 0.01  # by which a picture may be of another shape than what the camera sees
+_ASPECT = 0.01  # by which a picture's shape may differ from the camera's
 
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """What was photographed: a scene with a material that is not known.
+    """A photographed scene with an unknown material.
 
     Parameters
     ----------
     load
-        The scene, of Mitsuba, with the plugin `nbrdf` of given properties as the material.
+        Makes Mitsuba's scene, with the plugin `nbrdf` with given properties as the material.
     name
         Id of the material in it.
     where
-        What errors call it.
+        Its name in error messages.
     fingerprint
-        What tells it from others.
+        Distinguishes it from others.
     """
 
     load: Callable[[dict[str, Any]], Any]
@@ -73,20 +73,20 @@ class Setting:
 
 @dataclass(frozen=True, eq=False)
 class Photographed:
-    """What photographs said of a material.
+    """The result of an estimate from photographs.
 
     Parameters
     ----------
     estimate
-        The material, and those that are as plausible.
+        The material, and equally plausible ones.
     factors
-        Of the camera in each photograph, linear RGB, shape (photographs, 3); 1 where known.
+        Camera factors for each photograph, linear RGB, shape (photographs, 3); 1 if known.
     unexplained
-        Median of the absolute differences of the logarithms of pixels and of what they should show.
+        Median absolute difference between logarithms of pixels and of their prediction.
     rounds
-        Times that pictures were recorded.
+        How often pictures were recorded.
     photographs
-        What was recorded last.
+        The last recordings.
     """
 
     estimate: Estimate
@@ -96,11 +96,10 @@ class Photographed:
     photographs: tuple[Photograph, ...]
 
     def network(self, *, seed: int = 0, progress: Progress = silent) -> NeuralBrdf:
-        """A network of the material, whose weights are drawn to the photographs.
+        """A network for the material, whose weights are optimized to match the photographs.
 
-        Without PyTorch the weights are those of the material alone. The network keeps the plausible
-        materials in its metadata, unless they are of another basis than the included one: who reads
-        it would not have that.
+        Without PyTorch the weights match only the material. The network's metadata hold the
+        plausible materials, but only if their basis is the included one, which every reader has.
         """
         network = fit(self.estimate.material, progress=progress)
         if importlib.util.find_spec("torch"):
@@ -117,14 +116,10 @@ class Photographed:
 
 
 def scene_setting(path: PathLike, bsdf: str) -> Setting:
-    """A scene file with a camera for each photograph.
+    """A scene file (`.xml`) with a camera for each photograph, whose BSDF with id `bsdf` is
+    unknown.
 
-    Parameters
-    ----------
-    path
-        Mitsuba scene (`.xml`), with light in the unit of the photographs.
-    bsdf
-        Id of the BSDF in it that is not known.
+    Its light has the unit of the photographs.
     """
 
     def load(properties: dict[str, Any]) -> Any:
@@ -134,13 +129,7 @@ def scene_setting(path: PathLike, bsdf: str) -> Setting:
 
 
 def sphere_setting(environment: PathLike) -> Setting:
-    """A sphere, seen as :func:`nacre.render.sphere.render_sphere` shows it.
-
-    Parameters
-    ----------
-    environment
-        Map that lights it, read by :func:`nacre.render.environment.load_environment`.
-    """
+    """A sphere as :func:`nacre.render.sphere.render_sphere` shows it, under an environment map."""
     mi = mitsuba()
     pixels = load_environment(environment).pixels
     name = "material"
@@ -158,12 +147,8 @@ def sphere_setting(environment: PathLike) -> Setting:
 def read_photographs(paths: Sequence[PathLike]) -> list[Image]:
     """Photographs, linear RGB, shape (height, width, 3), float32.
 
-    Raises
-    ------
-    NacreError
-        If there are more than :data:`MAX_PHOTOGRAPHS`, or none.
-    FormatError
-        If one is no OpenEXR picture of R, G and B, or cannot be read.
+    Raises NacreError if there are none or more than :data:`MAX_PHOTOGRAPHS`; FormatError if one is
+    not an OpenEXR picture with R, G and B, or cannot be read.
     """
     _check_count(len(paths))
     return [_read_photograph(path) for path in paths]
@@ -199,37 +184,37 @@ def estimate_from_photographs(
 ) -> Photographed:
     """A material from photographs of known geometry in known light.
 
-    Directions of light and view at each pixel are recorded by paths through the scene, first about
-    lobes that suit any material, then about those of the estimate, with it in the scene, until the
-    estimate stays.
+    Directions of light and view at each pixel are recorded along paths through the scene: at first
+    with lobes that suit any material, then with those of the estimate, which is put into the scene,
+    until it stays the same.
 
     Parameters
     ----------
     pictures
         Linear RGB, shape (height, width, 3), one to :data:`MAX_PHOTOGRAPHS`; pixels that are not
-        finite do not count.
+        finite are ignored.
     setting
-        What they show: the n-th picture is of the n-th camera, or all are of the only one.
+        The scene: picture n belongs to camera n, or all belong to the only one.
     basis_name
-        See :func:`nacre.latent.find_basis`; a neural one.
+        See :func:`nacre.latent.find_basis`; a neural basis.
     camera
         One of :data:`nacre.photographs.search.CAMERAS`.
     name
         Of the material.
     called
-        What errors call the pictures.
+        Names of the pictures in error messages.
     seed
-        Of the paths.
+        For the paths.
     state
-        File in which rounds are kept, from which the same call goes on; the caller removes it.
+        File that keeps finished rounds, so that the same call resumes; the caller removes it.
     progress
-        Called with the rounds done.
+        Called with the finished rounds.
 
     Raises
     ------
     NacreError
-        If the pictures do not go with the scene, show nothing of the material, the basis is no
-        neural one, or the state is of another call.
+        If the pictures do not fit the scene or show nothing of the material, the basis is not a
+        neural one, or the state belongs to another call.
     """
     _check_count(len(pictures))
     called = called or [f"photograph {index + 1}" for index in range(len(pictures))]
@@ -282,7 +267,7 @@ def estimate_from_photographs(
 def _fingerprint(
     pictures: Sequence[Image], setting: Setting, basis: NeuralBasis, camera: str, seed: int
 ) -> str:
-    """What decides the rounds of an estimate."""
+    """Everything that decides the rounds of an estimate."""
     whole = hashlib.sha256()
     for picture in pictures:
         whole.update(f"{picture.shape}".encode() + np.ascontiguousarray(picture).tobytes())
@@ -290,7 +275,7 @@ def _fingerprint(
 
 
 def _bsdf(scene: Any, setting: Setting) -> Any:
-    """The material that is not known, as the shapes of a scene have it."""
+    """The unknown material, from the shapes of a scene."""
     for shape in scene.shapes():
         if shape.bsdf() is not None and shape.bsdf().id() == setting.name:
             return shape.bsdf()
@@ -300,7 +285,7 @@ def _bsdf(scene: Any, setting: Setting) -> Any:
 
 
 def _cameras(scene: Any, pictures: Sequence[Image], called: Sequence[str], where: str) -> list[int]:
-    """Index of the camera of each picture."""
+    """The camera index for each picture."""
     sensors = scene.sensors()
     if len(sensors) not in (1, len(pictures)):
         raise NacreError(
@@ -327,13 +312,13 @@ def _photograph(picture: npt.NDArray[np.float64], recording: Recording) -> Photo
     if not whole.any():
         raise NacreError("no pixel of the material is finite")
     if not values[whole].mean() > 0.0:
-        raise NacreError("the material is black all over")
+        raise NacreError("every pixel of the material is black")
     kept = (v[whole] for v in (recording.pixels, recording.wi, recording.wo, recording.weights))
     return Photograph(values[whole], Recording(*kept), NOISE * np.abs(values[whole]))
 
 
 def _put(bsdf: Any, code: npt.NDArray[np.float64]) -> Sampler:
-    """Give a material in a scene another code; its lobes."""
+    """Change the code of a material in a scene; returns its lobes."""
     mi = mitsuba()
     parameters = mi.traverse(bsdf)
     parameters["code"] = mi.Float(code.astype(np.float32))

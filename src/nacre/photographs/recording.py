@@ -1,9 +1,8 @@
-"""Pictures as sums over directions: which light a material reflects to each pixel, by no more than
-what it is where.
+"""Pictures as sums over directions: the light that a material reflects to each pixel.
 
-What a pixel shows of a material is a sum of f_r at pairs of directions times weights that the scene
-gives. Once these are recorded, the picture of any material is that sum. Light that the material
-itself reflects more than once is recorded as the scene has it.
+A pixel shows a sum of f_r at pairs of directions times weights from the scene. Once these are
+recorded, the picture of any material is such a sum. Light that the material itself reflects more
+than once is recorded for the material that is in the scene.
 """
 
 from __future__ import annotations
@@ -21,13 +20,13 @@ from nacre.render.engine import mitsuba
 from nacre.sampling import GgxLobe, GgxMixture
 
 MAX_EDGE = 96
-"""Recorded pixels along an edge: those of larger pictures are taken together."""
+"""Recorded pixels along an edge; larger pictures are averaged over blocks."""
 MAX_PIXELS = 1500
-"""Of a picture that are recorded: more of them tell little more of one material."""
+"""Recorded pixels of a picture; more would tell little more about one material."""
 SAMPLES = 144
-"""Directions of light that each of both ways of sampling gives a pixel."""
+"""Directions to the light per pixel from each of both ways of sampling."""
 
-_PROBES = 16  # rays by which pixels are known that show nothing else
+_PROBES = 16  # rays that must all hit the material for a pixel to be used
 _DEPTH = 8
 _COSINES = 0.1, 0.45, 1.0
 
@@ -39,21 +38,20 @@ def _lobe(fraction: float, roughness: float) -> GgxLobe:
 LOBES = GgxMixture(
     (_lobe(0.3, 0.02), _lobe(0.2, 0.08), _lobe(0.2, 0.3)), (0.1,) * 3, (0.2,) * 3, _COSINES, None
 )
-"""For materials from mirrors to cloth: for one that is not known."""
+"""For an unknown material, from mirrors to cloth."""
 
 
 @dataclass(frozen=True)
 class Recording:
-    """What pixels show of one material.
+    """The pixels that show only one material, as sums.
 
     Parameters
     ----------
     pixels
-        Rows and columns, shape (n, 2), of the picture that :func:`shrunk` makes: those that show
-        nothing else.
+        Rows and columns, shape (n, 2), in the picture from :func:`shrunk`.
     wi, wo
-        Unit directions to the light and to the viewer in the frame of the surface, shape
-        (n, s, 3), float32.
+        Unit directions to the light and to the viewer in the frame of the surface, shape (n, s, 3),
+        float32.
     weights
         Of f_r, linear RGB, shape (n, s, 3), float32.
     """
@@ -65,12 +63,12 @@ class Recording:
 
 
 def block(size: tuple[int, int]) -> int:
-    """Pixels along the edge of the blocks that are recorded, of a picture of height and width."""
+    """Pixels along the edge of the blocks that are recorded, for a height and width."""
     return -(-max(size) // MAX_EDGE)
 
 
 def shrunk(image: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
-    """Means of the blocks of a picture (height, width, 3); what is left at its ends is cut off."""
+    """Means of the blocks in a picture (height, width, 3); incomplete blocks are cut off."""
     edge = block((image.shape[0], image.shape[1]))
     height, width = (n // edge for n in image.shape[:2])
     whole = image[: height * edge, : width * edge].astype(np.float64)
@@ -92,25 +90,25 @@ def record(
     Parameters
     ----------
     scene
-        Mitsuba's, in a JIT variant of RGB.
+        A Mitsuba scene, in a JIT variant with RGB.
     sensor
         Index of the camera.
     bsdf
-        Of the shapes that are looked at, an object of the scene; what it is matters only where
-        they light each other.
+        The material's object in the scene; its reflectance matters only where its shapes light each
+        other.
     size
         Height and width of the picture in pixels.
     lobes
-        About which directions to the light are chosen: nearly those of the material, if known.
+        For choosing directions to the light: close to the material's, if known.
     samples
-        Rays of a pixel, each with light from the emitters and about the lobes.
+        Rays per pixel, each with light from the emitters and along the lobes.
     seed
-        Of the rays.
+        For the rays.
 
     Raises
     ------
     NacreError
-        If no pixel shows the front of the material alone, or no light reaches it.
+        If no pixel shows only the front of the material, or no light reaches it.
     """
     dr = require("drjit", "render")
     edge = block(size)
@@ -143,7 +141,7 @@ def record(
 
 
 class _Camera:
-    """Where rays through blocks of pixels meet a material."""
+    """Finds where rays through blocks of pixels hit a material."""
 
     def __init__(
         self, scene: Any, sensor: int, bsdf: Any, edge: int, size: tuple[int, int]
@@ -152,7 +150,7 @@ class _Camera:
         self._bsdf, self._edge, self._size = bsdf, edge, size
 
     def rays(self, column: Any, row: Any, samples: int, seed: int) -> tuple[Any, Any, Any]:
-        """Where they meet a surface, whether it is the material's front, and the sampler."""
+        """Surface hits, whether they are on the material's front, and the sampler."""
         mi, dr = mitsuba(), require("drjit", "render")
         sampler = mi.load_dict({"type": "multijitter", "sample_count": samples})
         sampler.set_samples_per_wavefront(samples)
@@ -169,7 +167,7 @@ class _Camera:
 
 
 def _light(scene: Any, si: Any, hit: Any, sampler: Any, lobes: Sampler) -> Any:
-    """Directions to the light, its radiance over their density, and where there are any."""
+    """Directions to the light, radiance over density, and where these exist."""
     mi, dr = mitsuba(), require("drjit", "render")
     given: Any = adapter.components(*si.wi)
     direct, radiance = scene.sample_emitter_direction(si, sampler.next_2d(), True, hit)
@@ -191,7 +189,7 @@ def _light(scene: Any, si: Any, hit: Any, sampler: Any, lobes: Sampler) -> Any:
     value = own / dr.select(shines, total, 1.0)
     surface = possible & found.is_valid()
     if dr.any(surface):
-        # Emitters that an integrator hides, it looks through.
+        # An integrator looks through emitters that it hides.
         path = mi.load_dict({"type": "path", "max_depth": _DEPTH})
         all_of_it, _, _ = path.sample(scene, sampler, ray, None, surface)
         value += dr.select(surface, dr.maximum(all_of_it - own, 0.0) / density, 0.0)
@@ -205,14 +203,8 @@ def _rows(vectors: Any, samples: int) -> npt.NDArray[np.float32]:
 
 
 def sphere_scene(environment: Any, size: int) -> dict[str, Any]:
-    """The view of :mod:`nacre.render.sphere` as a dictionary of Mitsuba's.
-
-    Parameters
-    ----------
-    environment
-        What lights it: a dictionary of an emitter.
-    size
-        Pixels along an edge.
+    """The view of :mod:`nacre.render.sphere` as a Mitsuba dictionary, under an emitter's
+    dictionary.
     """
     mi = mitsuba()
     from nacre.render.sphere import MARGIN

@@ -1,4 +1,4 @@
-"""A material from photographs of known geometry in known light."""
+"""Finds the code of a material in recorded photographs."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from nacre.numerics.channels import CHROMA
 from nacre.photographs.recording import Recording
 
 PRECISION = 6.0
-"""How much better a pixel is known than f_r at one pair of directions: a mean over many."""
+"""A pixel, being a mean, is this much more precise than f_r at one pair of directions."""
 BLACK = 0.01
-"""Added to a picture before logarithms, in its mean value."""
+"""Added to a picture before logarithms, relative to its mean."""
 CAMERAS = "known", "exposure", "white-balance"
-"""What is known of a camera: all; not how long it exposed; nor its factor in each channel."""
+"""The camera is fully known; its exposure is unknown; its factor in each channel is unknown."""
 
 
 @dataclass(frozen=True)
 class Photograph:
-    """What a picture shows of one material.
+    """The pixels of a picture that show one material.
 
     Parameters
     ----------
     values
         Linear RGB of the recorded pixels, shape (n, 3).
     recording
-        What they are sums of.
+        The sums behind them.
     noise
         Standard deviation of the values, shape (n, 3).
     """
@@ -46,20 +46,12 @@ class Photograph:
 def posterior_of_photographs(
     basis: NeuralBasis, photographs: Sequence[Photograph], camera: str = "known"
 ) -> Posterior:
-    """What photographs of a material say of its code.
+    """The posterior of a material's code, given one or more photographs.
 
-    Their pixels are observations as samples of f_r are in :func:`nacre.latent.posterior.search`,
-    with the same prior, and pixels that no code explains get little weight.
-
-    Parameters
-    ----------
-    basis
-        Of the code.
-    photographs
-        One or more.
-    camera
-        One of :data:`CAMERAS`; what is not known is found, too, and is likely to be right within 30
-        per cent.
+    Pixels are observations like samples of f_r in :func:`nacre.latent.posterior.posterior`, with
+    the same prior; pixels that no code explains get little weight. `camera` is one of
+    :data:`CAMERAS`: unknown factors are estimated as well, and are expected to be right within 30
+    percent.
     """
     found = [_Sum(basis, photograph) for photograph in photographs]
     factors = _factors([len(item.missing) for item in found], camera)
@@ -84,7 +76,7 @@ def posterior_of_photographs(
 
 
 def camera_factors(found: Posterior, count: int, camera: str) -> Vector:
-    """Of each of so many photographs and each channel, shape (count, 3): 1 where known."""
+    """Factors for each photograph and channel, shape (count, 3): 1 if known."""
     factors = _factors([1] * count, camera)
     logarithms = np.einsum("e,enc->nc", np.log(found.factors), factors)
     return np.asarray(np.exp(logarithms))
@@ -93,7 +85,7 @@ def camera_factors(found: Posterior, count: int, camera: str) -> Vector:
 def unexplained(
     basis: NeuralBasis, code: Vector, photographs: Sequence[Photograph], factors: Vector
 ) -> float:
-    """Median of absolute differences of the logarithms of pixels and of what a code shows there."""
+    """Median absolute difference between logarithms of pixels and of a code's prediction."""
     missed = []
     for photograph, factor in zip(photographs, factors, strict=True):
         item = _Sum(basis, photograph)
@@ -102,7 +94,7 @@ def unexplained(
 
 
 def _factors(counts: Sequence[int], camera: str) -> Vector:
-    """1 at the pixels and channels that each free factor is of, shape (extra, n, 3)."""
+    """1 at the pixels and channels that each free factor belongs to, shape (extra, n, 3)."""
     channels = {"known": np.zeros((0, 3)), "exposure": np.ones((1, 3)), "white-balance": np.eye(3)}
     picture = np.repeat(np.eye(len(counts)), counts, axis=1)
     factors = np.einsum("pn,fc->pfnc", picture, channels[camera])
@@ -110,7 +102,7 @@ def _factors(counts: Sequence[int], camera: str) -> Vector:
 
 
 class _Sum:
-    """A photograph of a code, and its derivatives."""
+    """A photograph as a function of the code, with derivatives."""
 
     def __init__(self, basis: NeuralBasis, photograph: Photograph) -> None:
         recording = photograph.recording

@@ -1,4 +1,4 @@
-"""Weights of a network from photographs: what no code says of a material, but its pictures do."""
+"""Optimizes a network's weights to match photographs, beyond what a code can express."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from nacre.sampling import fit_lobes
 
 STEPS = 200
 _RATE = 4e-3
-_PIXELS = 96  # of a step
-_PAIRS = 4096  # at which the network is held to what is plausible
-_PIXEL_ERROR = 0.03  # of the logarithm, that no network explains
-_HOLD = 0.02  # weight of a pair of directions beside a pixel
+_PIXELS = 96  # per step
+_PAIRS = 4096  # at which the network is held to plausible materials
+_PIXEL_ERROR = 0.03  # of the logarithm, which no network explains
+_HOLD = 0.02  # weight of a pair of directions relative to a pixel
 _DARK = 1e-3  # added to f_r cos theta_i before logarithms
 
 
@@ -35,26 +35,11 @@ def refine(
     seed: int = 0,
     progress: Progress = silent,
 ) -> NeuralBrdf:
-    """A network that shows what photographs show.
+    """A network whose pictures match photographs.
 
-    Its pixels are drawn to those of the photographs. Where these do not tell, f_r is held to what
-    is plausible: the more, the more alike the plausible materials are there.
-
-    Parameters
-    ----------
-    network
-        Fitted to the material that is to be expected.
-    plausible
-        Materials that are as plausible as each other.
-    photographs
-        By which the material is known.
-    factors
-        Of the cameras, shape (photographs, 3).
-
-    Raises
-    ------
-    MissingExtraError
-        If PyTorch is not installed.
+    It starts from the network of the expected material. Where the photographs do not tell, f_r is
+    held to equally plausible materials, more strongly where these agree. Camera factors have shape
+    (photographs, 3). Raises MissingExtraError if PyTorch is not installed.
     """
     torch: Any = require("torch", "torch")
     from nacre.neural.torch import module
@@ -88,7 +73,7 @@ def refine(
 
 
 def _tensors(torch: Any, photograph: Photograph) -> tuple[Any, ...]:
-    """Directions, weights, logarithms of the pixels, and what was added to these before."""
+    """Directions, weights, logarithms of the pixels, and the offset inside these."""
     recording, values = photograph.recording, photograph.values
     black = BLACK * float(values.mean())
     seen = np.log(np.maximum(values, 0.0) + black).astype(np.float32)

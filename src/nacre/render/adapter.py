@@ -23,11 +23,6 @@ def components(*values: Any) -> tuple[Array, ...]:
     return tuple(np.float64(v) if isinstance(v, float) else v for v in values)
 
 
-def vector(mi: Any, values: Components) -> Any:
-    """`mi.Vector3f` of three components."""
-    return mi.Vector3f(*(mi.Float(v) for v in values))
-
-
 def masked(mi: Any, value: Array, active: Any) -> Any:
     """`value` as `mi.Float`, 0 where not `active`."""
     if mi.Float is float:
@@ -36,9 +31,9 @@ def masked(mi: Any, value: Array, active: Any) -> Any:
 
 
 def glossy_sample(mi: Any, wo: Components, density: Array, active: Any) -> Any:
-    """A `mi.BSDFSample3f` of a glossy BSDF of one component, of density 0 where not `active`."""
+    """A `mi.BSDFSample3f` for a glossy BSDF with one component; its density is 0 where inactive."""
     sample = require("drjit", "render").zeros(mi.BSDFSample3f)
-    sample.wo = vector(mi, wo)
+    sample.wo = mi.Vector3f(*(mi.Float(v) for v in wo))
     sample.pdf = masked(mi, density, active)
     sample.eta = 1.0
     sample.sampled_type = mi.UInt32(int(mi.BSDFFlags.GlossyReflection))
@@ -47,7 +42,7 @@ def glossy_sample(mi: Any, wo: Components, density: Array, active: Any) -> Any:
 
 
 def spectrum(mi: Any, rgb: Components, wavelengths: Any, active: Any) -> Any:
-    """What the variant of `mi` carries of a linear Rec. 709 color, 0 where not `active`.
+    """A linear Rec. 709 color in the form that the variant of `mi` uses, 0 where not `active`.
 
     RGB, luminance, or the values of :func:`nacre.color.upsample` at wavelengths in nm; a
     depolarizing Mueller matrix of these in a polarized variant.
@@ -65,7 +60,7 @@ def spectrum(mi: Any, rgb: Components, wavelengths: Any, active: Any) -> Any:
 def albedo(brdf: Brdf) -> Floats:
     """Reflected fraction of light that arrives along the normal, linear RGB of shape (3,).
 
-    Samples are fixed: repeatable, with an error of a few per cent where the sampler fits badly.
+    The samples are fixed, so results repeat, a few percent off where the sampler fits badly.
     """
     normal = np.array([0.0, 0.0, 1.0])
     directions, pdf = brdf.sample(normal, even_points(_ALBEDO_SAMPLES, 3))

@@ -1,4 +1,4 @@
-"""Animations in one file, which repeat for ever."""
+"""Animations: several pictures in one file, shown in an endless loop."""
 
 from __future__ import annotations
 
@@ -16,28 +16,23 @@ ANIMATIONS = (".gif", ".png", ".webp")
 """Endings of the files that :func:`write_animation` writes."""
 
 FRAME_MILLISECONDS = 80
-"""How long a frame is shown; .gif has steps of 10."""
+"""How long each frame is shown; .gif allows multiples of 10."""
 
 MAX_PIXELS = 1 << 26
-"""All frames together: Pillow holds them, at up to eight bytes each."""
+"""Limit on the pixels of all frames together: Pillow holds them, at up to eight bytes each."""
 
-_SAMPLED = 1 << 18
-"""About so many pixels of an animation decide on its palette."""
+_SAMPLED = 1 << 18  # about how many pixels of an animation its palette is computed from
 
 
 def check_animation(path: PathLike, count: int, width: int, height: int) -> None:
     """Refuse an animation before it is rendered.
 
-    Raises
-    ------
-    FormatError
-        If the ending is none of :data:`ANIMATIONS`, or a file of it cannot be as large.
-    NacreError
-        If its frames have more than :data:`MAX_PIXELS` pixels together.
+    Raises FormatError if the ending is none of :data:`ANIMATIONS`, or a .webp file cannot be that
+    large; NacreError if all frames together have more than :data:`MAX_PIXELS` pixels.
     """
     path = check_image_path(path, ANIMATIONS)
     if path.suffix.lower() == ".webp" and max(width, height) > 16383:
-        raise FormatError(f"{path}: .webp has at most 16383 pixels an edge; choose .gif or .png")
+        raise FormatError(f"{path}: .webp has at most 16383 pixels per edge; choose .gif or .png")
     if count * width * height > MAX_PIXELS:
         raise NacreError(
             f"{count} frames of {width} x {height} pixels are more than the {MAX_PIXELS:,} pixels "
@@ -48,12 +43,9 @@ def check_animation(path: PathLike, count: int, width: int, height: int) -> None
 def write_animation(frames: Iterable[npt.NDArray[np.uint8]], path: PathLike) -> None:
     """Write two or more pictures of display values as an animation, whole or not at all.
 
-    `.gif` has 256 colors, the same in all frames; `.png` has all; `.webp` is lossy.
+    A `.gif` has one palette of 256 colors for all frames; `.png` is lossless, `.webp` lossy.
 
-    Raises
-    ------
-    FormatError
-        If the ending is none of these or the file cannot be written.
+    Raises FormatError if the ending is none of these or the file cannot be written.
     """
     path = check_image_path(path, ANIMATIONS)
     pillow = require("PIL.Image", "render")
@@ -70,8 +62,7 @@ def write_animation(frames: Iterable[npt.NDArray[np.uint8]], path: PathLike) -> 
 
 
 def _palette(pillow: Any, images: list[Any]) -> Any:
-    """An image of the 256 colors that stand for some pixels of all frames."""
-    # Among Pillow's ways this has a small error and flickers little; dithering flickers more.
+    # Of Pillow's methods, this one has a small error and flickers little; dithering flickers more.
     step = max(1, round((sum(i.width * i.height for i in images) / _SAMPLED) ** 0.5))
     sampled = np.concatenate([np.array(i)[::step, ::step].reshape(-1, 3) for i in images])
     return pillow.fromarray(sampled[None]).quantize(256, pillow.Quantize.MAXCOVERAGE, kmeans=1)

@@ -1,8 +1,8 @@
 """What all Mitsuba BSDFs of this package share.
 
 Directions are swapped here and nowhere else: Mitsuba's `si.wi`, which points to the viewer, is our
-`wo`, and its `wo` is our `wi`. Where Mitsuba follows light instead of sight it is the other way
-round, which matters for a measurement that is not reciprocal.
+`wo`, and its `wo` is our `wi`. When Mitsuba traces paths from the light it is the other way round,
+which matters for a measurement that is not reciprocal.
 """
 
 from __future__ import annotations
@@ -25,28 +25,28 @@ from nacre.render import adapter
 def base_class(variant: str) -> Any:
     """The base class of all plugins, for the variant that is set.
 
-    A subclass gives :meth:`prepare`, :meth:`at`, :meth:`f_r` and :meth:`describe`; one whose
-    directions are not those of the shading frame, :meth:`to_local` and :meth:`from_local` too.
+    A subclass implements :meth:`prepare`, :meth:`at`, :meth:`f_r` and :meth:`describe`, and also
+    :meth:`to_local` and :meth:`from_local` if its frame is not the shading frame.
     """
     mi: Any = require("mitsuba", "render")
     dr: Any = require("drjit", "render")
 
     class NacreBsdf(mi.BSDF):  # type: ignore[misc]
         wavefront = False
-        """Whether it costs far more than tracing; see :func:`nacre.render.passes.wavefronts`."""
+        """Whether evaluation costs far more than ray tracing (see `passes.wavefronts`)."""
 
         def __init__(self, properties: Any, *arguments: Any) -> None:
             extra = self.prepare(properties, *arguments)
-            super().__init__(properties)  # from here on, all renderings call it
+            super().__init__(properties)  # must come last: renderings may call it from here on
             self.m_flags = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide | extra
             self.m_components = [self.m_flags]
 
         def prepare(self, properties: Any, *arguments: Any) -> Any:
-            """Make what renderings need; flags beside those of glossy reflection."""
+            """Set up what rendering needs; returns flags beside those of glossy reflection."""
             raise NotImplementedError
 
         def at(self, si: Any, view: Components) -> tuple[Any, Sampler]:
-            """What :meth:`f_r` needs at hits, and what they are sampled by."""
+            """What :meth:`f_r` needs at hits, and the sampler to use there."""
             raise NotImplementedError
 
         def f_r(self, state: Any, wi: Components, wo: Components) -> Components:
@@ -58,12 +58,11 @@ def base_class(variant: str) -> Any:
             raise NotImplementedError
 
         def to_local(self, si: Any, w: Any) -> Components:
-            """A direction of the shading frame as components of the material's frame."""
+            """From the shading frame to the material's frame."""
             x, y, z = adapter.components(*w)
             return x, y, z
 
         def from_local(self, si: Any, w: Components) -> Components:
-            """Inverse of :meth:`to_local`."""
             return w
 
         def value(self, ctx: Any, si: Any, state: Any, given: Any, other: Any, active: Any) -> Any:
@@ -102,7 +101,7 @@ def base_class(variant: str) -> Any:
             return value, adapter.masked(mi, density, active)
 
         def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            # What the density alone needs is never compiled.
+            # Dr.Jit drops what only the density needs before it compiles.
             return self.eval_pdf(ctx, si, wo, active)[0]
 
         def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
@@ -116,14 +115,9 @@ def base_class(variant: str) -> Any:
 
 
 def material_path(properties: Any) -> Path:
-    """The file that the property `filename` names; relative ones are beside the scene.
+    """The file that the property `filename` names, or a material that comes with nacre.
 
-    It may be a material that comes with nacre (:func:`nacre.materials`).
-
-    Raises
-    ------
-    FormatError
-        If there is no such property, or no such material.
+    Relative paths start from the scene. Raises FormatError if the property or material is missing.
     """
     if "filename" not in properties:
         raise FormatError(f"{properties.plugin_name()}: give it the property 'filename'")
@@ -131,18 +125,12 @@ def material_path(properties: Any) -> Path:
 
 
 def resolved(filename: Any) -> Path:
-    """A file of a scene, where Mitsuba finds it."""
+    """The path at which Mitsuba finds a file that a scene names."""
     return resolve(str(require("mitsuba", "render").file_resolver().resolve(str(filename))))
 
 
 def choice(properties: Any, name: str, choices: tuple[str, ...]) -> str:
-    """A property that is one of some words, the first where it is not given.
-
-    Raises
-    ------
-    NacreError
-        If it is none of them.
-    """
+    """A property that is one of some words, by default the first; otherwise raises NacreError."""
     value = str(properties.get(name, choices[0]))
     if value not in choices:
         raise NacreError(
@@ -152,13 +140,7 @@ def choice(properties: Any, name: str, choices: tuple[str, ...]) -> str:
 
 
 def number(properties: Any, name: str, default: float, minimum: float) -> float:
-    """A property that is a finite number.
-
-    Raises
-    ------
-    NacreError
-        If it is none, or below `minimum`.
-    """
+    """A property that is a finite number of at least `minimum`; otherwise raises NacreError."""
     try:
         value = float(properties.get(name, default))
     except (TypeError, ValueError):

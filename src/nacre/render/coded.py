@@ -1,4 +1,4 @@
-"""The BSDF of a code of a neural basis: 32 values, which an optimization may change."""
+"""The BSDF for a code of a neural basis: 32 values, which an optimization may change."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from nacre.render.bsdf_base import base_class, resolved
 from nacre.render.network import opaque
 
 BASIS = "neural"
-"""The basis where none is named: the included one."""
+"""The basis that is used unless another is named: the included one."""
 
 
 @cache
 def coded_class(variant: str) -> Any:
-    """The class of the variant that is set, whose `code` `mitsuba.traverse` shows.
+    """The class for the variant that is set; `mitsuba.traverse` shows its parameter `code`.
 
-    Samples are drawn by lobes that the basis predicts of the code, or that are fitted to it where
-    the basis predicts none: anew at each update of the parameters, and with no gradients through
-    them. No kernel is compiled again for another code.
+    Samples are drawn from lobes that the basis predicts from the code, or that are fitted where it
+    predicts none. Each update of the code renews them; gradients do not pass through them. All
+    codes share one kernel.
     """
     mi: Any = require("mitsuba", "render")
     if mi.Float is float:
@@ -46,11 +46,9 @@ def coded_class(variant: str) -> Any:
             return 0
 
         def lobes(self) -> None:
-            """Samples by the lobes of the code as it is."""
             dr = require("drjit", "render")
             values = np.array(dr.detach(self.code), np.float64)
-            sampler = self.basis.decode(values).sampler
-            self.sampler = opaque(mi, sampler)
+            self.sampler = opaque(mi, self.basis.decode(values).sampler)
 
         def at(self, si: Any, view: Components) -> tuple[None, Sampler]:
             return None, self.sampler
@@ -59,12 +57,11 @@ def coded_class(variant: str) -> Any:
             return self.space.decode(self.code, wi, wo)
 
         def eval_diffuse_reflectance(self, si: Any, active: Any = True) -> Any:
-            """Fraction of light along the normal that is reflected."""
             red, green, blue = adapter.albedo(self.material()).tolist()
             return adapter.spectrum(mi, (red, green, blue), si.wavelengths, active)
 
         def material(self) -> Any:
-            """The reflectance of the code as it is."""
+            """The reflectance for the current code."""
             dr = require("drjit", "render")
             return self.basis.decode(np.array(dr.detach(self.code)), self.name)
 
@@ -81,12 +78,9 @@ def coded_class(variant: str) -> Any:
 
 
 def read_code(properties: Any) -> tuple[NeuralBasis, Any, str]:
-    """The basis, the values of the code, shape (k,), and a name, of properties of a scene.
+    """The basis, the values of the code, shape (k,), and a name, from properties in a scene.
 
-    Raises
-    ------
-    NacreError
-        If the basis is no neural one, or there are not as many finite values as it has.
+    Raises NacreError if the basis is not a neural one, or the number of finite values is not k.
     """
     named = str(properties.get("basis", BASIS))
     basis = neural_basis(
@@ -96,7 +90,7 @@ def read_code(properties: Any) -> tuple[NeuralBasis, Any, str]:
     path = Path(resolved(text)) if text.endswith(".json") else None
     if path is not None:
         if not is_code(path):
-            raise NacreError(f"{path}: is no code that nacre latent encode writes")
+            raise NacreError(f"{path}: is not a code from nacre latent encode")
         material = load_code(path, basis)
         return basis, np.asarray(material.code), material.name
     try:

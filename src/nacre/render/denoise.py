@@ -18,24 +18,11 @@ def can_denoise() -> bool:
 
 
 def denoise(picture: Floats, albedo: Floats, normals: Floats) -> Image:
-    """A path traced picture without its noise; the same input gives the same bits on a machine.
+    """Remove the noise of a path traced picture; repeatable to the bit on one machine.
 
-    Parameters
-    ----------
-    picture
-        Linear RGB, shape (height, width, 3), of samples that count for their own pixel only (a box
-        filter): noise that neighbors share is kept.
-    albedo
-        Reflected fraction of light at what is seen first, in [0, 1]; shape as `picture`.
-    normals
-        Normals there, in any frame; shape as `picture`.
-
-    Raises
-    ------
-    MissingExtraError
-        If `pyoidn` is not installed.
-    NacreError
-        If the library fails.
+    The picture, linear RGB, must be rendered with a box filter: noise that neighboring pixels share
+    stays. Albedo, in [0, 1], and normals, in any frame, are those of the first hit. All have shape
+    (height, width, 3). Raises MissingExtraError without `pyoidn`, NacreError if the library fails.
     """
     images = [np.ascontiguousarray(image, np.float32) for image in (picture, albedo, normals)]
     np.clip(images[1], 0.0, 1.0, out=images[1])
@@ -47,7 +34,7 @@ def denoise(picture: Floats, albedo: Floats, normals: Floats) -> Image:
 
 
 def _library() -> Any:
-    """The package; it would import PyTorch, which it needs for other devices and takes seconds."""
+    """`pyoidn` without PyTorch, which it needs for other devices only and takes seconds to load."""
     if "torch" in sys.modules:
         return require("pyoidn", "render")
     sys.modules["torch"] = None  # type: ignore[assignment]

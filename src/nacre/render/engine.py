@@ -14,13 +14,11 @@ from nacre.render import llvm
 DEFAULT_VARIANT = "llvm_ad_rgb"
 
 VARIANTS = DEFAULT_VARIANT, "cuda_ad_rgb"
-"""What :data:`VARIABLE` may name."""
 
 VARIABLE = "NACRE_VARIANT"
-"""Environment variable of the variant that everything starts with: one of :data:`VARIANTS`."""
+"""Environment variable that chooses the variant to start with, one of :data:`VARIANTS`."""
 
-_MIN_MEMORY = 192 << 20
-"""Bytes for threads and kernels, without which libraries below end the process."""
+_MIN_MEMORY = 192 << 20  # bytes for threads and kernels; with less, LLVM ends the process
 
 
 class LLVMError(NacreError, RuntimeError):
@@ -33,7 +31,7 @@ def mitsuba(variant: str | None = None) -> Any:
     Parameters
     ----------
     variant
-        Variant to set if none is set yet; where not given what :data:`VARIABLE` names, else
+        Variant to set if none is set yet; by default what :data:`VARIABLE` names, else
         :data:`DEFAULT_VARIANT`. A variant that the caller has set stays.
 
     Raises
@@ -74,17 +72,13 @@ def has_cuda() -> bool:
 
 @cache
 def check_llvm() -> None:
-    """Refuse an LLVM that would end the process; once it is loaded, nothing is checked again.
+    """Refuse an LLVM that would end the process; a successful check is not repeated.
 
-    Raises
-    ------
-    LLVMError
-        If there is no LLVM of release 17 or newer, or it does not load.
-    NacreError
-        If there is too little memory to render anything.
+    Raises LLVMError if there is no LLVM of release 17 or newer, or it does not load; NacreError if
+    there is too little memory to render anything.
     """
     drjit = require("drjit", "render")
-    # Before Dr.Jit: a library or a thread that it cannot start may end the process at its exit.
+    # Before Dr.Jit starts: if it cannot load a library or start a thread, the exit may crash.
     if refused := llvm.failure():
         raise LLVMError(refused)
     available = available_memory()

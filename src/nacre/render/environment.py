@@ -1,4 +1,4 @@
-"""Light from all around: latitude-longitude maps, read and looked up.
+"""Light from all around: latitude-longitude maps.
 
 Orientation is that of Mitsuba's `envmap` emitter without `to_world`: +y is up, and a viewer who
 looks along -z has +x at the right. Column u in [0, 1) and row v in [0, 1] of a map show the
@@ -16,12 +16,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.color import luminance
 from nacre.errors import FormatError, NacreError
 from nacre.io.files import PathLike
 from nacre.io.image_file import bitmaps, read_bitmap
-
-Floats = npt.NDArray[np.floating]
 
 EXPOSURE = 0.8
 """Mean radiance of a white Lambertian sphere under an exposed environment."""
@@ -40,7 +39,7 @@ class Environment:
         Latitude-longitude map, shape (height, width, 3), float32, linear Rec. 709 RGB, finite and
         non-negative, not black everywhere; at least 2 x 2.
     name
-        Name of the map, for people.
+        Shown to people.
     """
 
     pixels: npt.NDArray[np.float32]
@@ -56,17 +55,7 @@ class Environment:
             raise ValueError("the map is black everywhere")
 
     def radiance(self, directions: npt.ArrayLike) -> Floats:
-        """Radiance that arrives from `directions`, interpolated bilinearly.
-
-        Parameters
-        ----------
-        directions
-            Unit vectors away from the origin, shape (..., 3).
-
-        Returns
-        -------
-        array of shape (..., 3)
-        """
+        """Radiance from unit vectors, interpolated bilinearly; both have shape (..., 3)."""
         x, y, z = np.moveaxis(np.asarray(directions), -1, 0)
         height, width, _ = self.pixels.shape
         column = np.arctan2(x, -z) / (2.0 * math.pi) * width - 0.5
@@ -93,10 +82,7 @@ class Environment:
         return row.astype(np.intp), np.floor(column).astype(np.intp) % width
 
     def exposed(self, mean: float = EXPOSURE) -> Environment:
-        """The same light, scaled so that a white Lambertian sphere has a given mean luminance.
-
-        The mean is over the disk that the sphere covers in an orthographic view from +z.
-        """
+        """Scaled so that a white Lambertian sphere, seen from +z, has a given mean luminance."""
         current = float(luminance(tuple(sphere_mean(self.pixels))))
         if current <= 0.0:
             raise NacreError(f"{self.name or 'environment'}: lights nothing that is seen from +z")
@@ -104,10 +90,10 @@ class Environment:
 
 
 def sphere_mean(pixels: Floats) -> Floats:
-    """Mean radiance of a white Lambertian sphere seen from +z under a map, shape (3,).
+    """Mean radiance of a white Lambertian sphere under a map, over its disk seen from +z; (3,).
 
-    Light from an angle a off the view contributes with the phase function of a Lambertian sphere,
-    2 (sin a + (pi - a) cos a) / (3 pi), so no picture is needed.
+    No picture is needed: light at an angle a to the view is weighted by the phase function of a
+    Lambertian sphere, 2 (sin a + (pi - a) cos a) / (3 pi).
     """
     directions, solid_angles = pixel_directions(*pixels.shape[:2])
     cosine = np.clip(directions[..., 2], -1.0, 1.0)
@@ -116,11 +102,18 @@ def sphere_mean(pixels: Floats) -> Floats:
     return np.asarray(np.einsum("hwc,hw,h->c", pixels, phase / math.pi, solid_angles))
 
 
-def pixel_directions(height: int, width: int) -> tuple[Floats, Floats]:
-    """Directions of the pixel centers of a map, and the solid angles of the pixels.
+def balanced(name: str, pixels: Floats, balance: float = 1.0) -> Environment:
+    """An exposed map; `balance` 1 makes a white Lambertian sphere seen from +z white on average."""
+    mean = sphere_mean(pixels)
+    white = pixels * (mean.mean() / mean) ** balance
+    return Environment(white.astype(np.float32), name).exposed()
 
-    Unit vectors of shape (height, width, 3), and of each pixel of a row in sr, shape (height,): the
-    first and last rows are half as high as the others, and all pixels have 4 pi together.
+
+def pixel_directions(height: int, width: int) -> tuple[Floats, Floats]:
+    """Unit vectors to the pixel centers of a map, shape (height, width, 3), and solid angles.
+
+    Solid angles are those of one pixel of each row, in sr, shape (height,). The first and the last
+    row are half as high as the others; all pixels add up to 4 pi.
     """
     theta = (np.arange(height) * (math.pi / (height - 1)))[:, None]
     phi = ((np.arange(width) + 0.5) * (2.0 * math.pi / width))[None, :]
@@ -136,23 +129,14 @@ def row_edges(height: int) -> Floats:
 
 
 def load_environment(path: PathLike) -> Environment:
-    """Read a latitude-longitude map; negative values count as 0.
+    """Read a latitude-longitude map: `.exr` or `.hdr` of linear radiance, or an sRGB `.png`.
 
-    Parameters
-    ----------
-    path
-        An `.exr` or `.hdr` file of linear radiance, or an sRGB `.png`.
-
-    Raises
-    ------
-    FormatError
-        If the file is none of these, cannot be read, or holds no light.
-    MissingExtraError
-        If Mitsuba is not installed.
+    Negative values count as 0. Raises FormatError if the file is none of these, cannot be read, or
+    holds no light; MissingExtraError if Mitsuba is not installed.
     """
     path = Path(path)
     if path.suffix.lower() not in EXTENSIONS:
-        raise FormatError(f"{path}: an environment is one of {', '.join(EXTENSIONS)}")
+        raise FormatError(f"{path}: an environment map ends in one of {', '.join(EXTENSIONS)}")
     if not path.is_file():
         raise FormatError(f"{path}: no such file")
     mi = bitmaps()

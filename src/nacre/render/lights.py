@@ -1,10 +1,10 @@
 """Directions of light for the points of a picture: the same for every material.
 
 A light gives each point of a surface a fixed set of directions and weights. Under an environment,
-half of them follow the light (:func:`quadrature`) and half lie about the
-mirror direction, at three widths of lobe, whatever the material; the balance heuristic (Veach and
-Guibas 1995) makes one sum of both. So a mirror shows its surroundings smoothly, a rough material
-is lit evenly, and two reflectances are still compared on the very same pairs of directions.
+half of them follow the light (:func:`quadrature`) and half lie around the mirror direction, in
+lobes of three widths; the balance heuristic (Veach and Guibas 1995) combines both. So a mirror
+shows its surroundings smoothly, a rough material is lit evenly, and two reflectances are still
+compared on exactly the same pairs of directions.
 """
 
 from __future__ import annotations
@@ -16,53 +16,40 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.color import luminance
 from nacre.render.environment import Environment, pixel_directions, row_edges
 
-Floats = npt.NDArray[np.floating]
 Indices = npt.NDArray[np.intp]
 
 DIRECTIONS = 512
-"""Directions that stand for an environment at one point."""
+"""Directions by which an environment is sampled at one point."""
 
 ROUGHNESS = (0.006, 0.035, 0.2)
-"""GGX roughness of the lobes about the mirror direction."""
-
+"""GGX roughness of the lobes around the mirror direction."""
 
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 class Light(Protocol):
-    """Directions to the light at points of given frames, seen along the common z axis."""
+    """Directions to the light at points with given frames, seen along the common z axis."""
 
     name: str
-    """Name of the light, for people."""
-
     count: int
-    """Directions that one point has at most."""
+    """The most directions that one point has."""
 
     def incident(self, frames: Floats) -> tuple[Floats, Floats, Indices]:
-        """Directions that lie above the horizon of their point.
+        """Directions to the light above the horizon of each point, their weights, and their points.
 
-        Parameters
-        ----------
-        frames
-            Rotations from the common to the local frames, shape (n, 3, 3), float32.
-
-        Returns
-        -------
-        wi
-            Directions in the local frame, shape (m, 3), float32.
-        weights
-            Radiance times solid angle, linear RGB, shape (m, 3), float32.
-        points
-            Which point each belongs to, shape (m,).
+        Frames are rotations from the common to the local frames, shape (n, 3, 3), float32. The
+        result is local directions and radiance times solid angle (linear RGB), both of shape (m, 3)
+        and float32, and the index of the point that each belongs to, shape (m,).
         """
         ...
 
 
 class DirectionalLight:
-    """One direction 45 degrees off the view, from the upper left, of irradiance pi.
+    """Light from the upper left, 45 degrees from the view, with irradiance pi.
 
     A white Lambertian surface then has radiance cos(theta_i).
     """
@@ -84,7 +71,7 @@ class EnvironmentLight:
     Parameters
     ----------
     environment
-        The map, as bright as it shall be.
+        The map, already exposed.
     count
         Directions at each point, at least 2; half follow the light, half the mirror direction.
     """
@@ -129,7 +116,7 @@ class EnvironmentLight:
         )
 
     def _near_mirror(self, wi: Floats, wo: Floats) -> Floats:
-        """Directions per sr, about `wi`, that follow the mirror direction."""
+        """Density, per sr at `wi`, of the directions that follow the mirror direction."""
         h = wi + wo
         squared = np.einsum("ij,ij->i", h, h)
         along, aside = h[:, 2] ** 2 / squared, (h[:, 0] ** 2 + h[:, 1] ** 2) / squared
@@ -137,12 +124,11 @@ class EnvironmentLight:
             np.float32(n * a * a) / (np.float32(a * a) * along + aside) ** 2
             for n, a in zip(self._per_lobe, ROUGHNESS, strict=True)
         )
-        # Density of h is D cos(theta_h); that of wi is it over 4 wo.h, and wo.h = |wi + wo| / 2.
+        # The density of h is D cos(theta_h); divide by 4 wo.h for wi, and wo.h = |wi + wo| / 2.
         return np.asarray(lobes * h[:, 2] / (2.0 * math.pi * squared))
 
 
 def _lobe_half_vectors(counts: Sequence[int]) -> Floats:
-    """Half vectors of GGX lobes, `counts` of each roughness, shape (sum, 3), float32."""
     parts = []
     for count, roughness in zip(counts, ROUGHNESS, strict=True):
         u, v = golden_lattice(count)
@@ -155,9 +141,9 @@ def _lobe_half_vectors(counts: Sequence[int]) -> Floats:
 
 
 def golden_lattice(count: int) -> tuple[Floats, Floats]:
-    """Evenly spread points of the unit square: a rank-1 lattice of the golden ratio.
+    """Evenly spread points in the unit square: a rank-1 lattice with the golden ratio.
 
-    They are (k + 1/2) / count and frac((k + 1/2) / golden ratio), in [0, 1), shapes (count,).
+    These are (k + 1/2) / count and frac((k + 1/2) / golden ratio), in [0, 1), shapes (count,).
     """
     index = np.arange(count) + 0.5
     return index / max(count, 1), np.modf(index * _GOLDEN)[0]
@@ -167,13 +153,13 @@ def quadrature(environment: Environment, count: int) -> tuple[Floats, Floats]:
     """Light directions and weights whose sums stand for integrals over the environment.
 
     For any function f of direction, the integral of f times radiance over the sphere is about
-    `(f(directions) * weights).sum(0)`. Directions are drawn in proportion to luminance, by
-    inverting its cumulative distribution over the pixels at :func:`golden_lattice`. Nothing is
-    random: the same map and count give the same directions. The map counts as constant within a
-    pixel, so every weight has the same luminance.
+    `(f(directions) * weights).sum(0)`. Directions are distributed in proportion to luminance, by
+    inverting its cumulative distribution over the pixels at :func:`golden_lattice`, so the same map
+    and count always give the same directions. The map is taken as constant within a pixel, so all
+    weights have the same luminance.
 
-    Unit vectors toward the light, and radiance times solid angle in linear RGB, both of shape
-    (count, 3) and float32; the count is 1 at least.
+    Returns unit vectors toward the light and radiance times solid angle in linear RGB, both of
+    shape (count, 3) and float32. The count is at least 1.
     """
     if count < 1:
         raise ValueError(f"a quadrature needs at least one direction, got {count}")

@@ -1,8 +1,8 @@
-"""A libLLVM that Dr.Jit can use, found before Dr.Jit looks for one itself.
+"""Finds a libLLVM that Dr.Jit can use, before Dr.Jit looks for one itself.
 
-Dr.Jit takes the first libLLVM it meets, and releases 15 and 16 end the process at the first
-`dr.maximum`. Nothing here needs more than the standard library, so a setup script can run this
-file by path before anything is installed: it prints the library, or what to install.
+Dr.Jit takes the first libLLVM it finds, and releases 15 and 16 end the process at the first
+`dr.maximum`. This file needs the standard library only, so a setup script can run it by path before
+anything is installed: it prints the library, or what to install.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ MINIMUM = 17
 """Oldest major release of LLVM that works."""
 
 VARIABLE = "DRJIT_LIBLLVM_PATH"
-"""Environment variable from which Dr.Jit takes the path of libLLVM."""
+"""Environment variable from which Dr.Jit reads the path of libLLVM."""
 
 _LINUX = (
     "usr/lib/*-linux-*/libLLVM*.so*",  # Debian, Ubuntu
@@ -46,10 +46,9 @@ _VERSIONS = (
 
 
 def version(library: Path) -> tuple[int, int]:
-    """Major and minor release of a libLLVM, from its name and place; (0, 0) where they tell none.
+    """Major and minor release of a libLLVM, from its resolved path; (0, 0) if that does not tell.
 
-    Symbolic links are followed first. On Windows, where the name is always the same, the release
-    is that of Clang's resource folder beside it.
+    On Windows, where the name is always the same, Clang's resource folder beside it tells.
     """
     path = library.resolve()
     if path.suffix == ".dll":
@@ -67,10 +66,7 @@ def _numbers(text: str) -> tuple[int, int]:
 
 
 def candidates(platform: str, roots: tuple[Path, ...]) -> Iterator[Path]:
-    """Every libLLVM in the usual places of a platform.
-
-    These are below the root of the file system, or Windows' program folders.
-    """
+    """Every libLLVM in a platform's usual places below the given folders."""
     patterns = {"darwin": _MACOS, "win32": _WINDOWS}.get(platform, _LINUX)
     for root in roots:
         for pattern in patterns:
@@ -80,7 +76,7 @@ def candidates(platform: str, roots: tuple[Path, ...]) -> Iterator[Path]:
 
 
 def find(platform: str = sys.platform, roots: tuple[Path, ...] | None = None) -> Path | None:
-    """The newest libLLVM of at least :data:`MINIMUM` in the usual places; None if there is none."""
+    """The newest libLLVM in the usual places that is at least :data:`MINIMUM`, or None."""
     if roots is None:
         named = [os.environ.get(name) for name in ("PROGRAMFILES", "PROGRAMFILES(X86)")]
         windows = tuple(Path(name) for name in named if name)
@@ -90,14 +86,9 @@ def find(platform: str = sys.platform, roots: tuple[Path, ...] | None = None) ->
 
 
 def prepare() -> Path | None:
-    """Point Dr.Jit at a usable libLLVM, unless the user already did.
+    """Point Dr.Jit at a usable libLLVM, unless the user already did; call it before Dr.Jit starts.
 
-    Has an effect only before Dr.Jit first starts its LLVM backend.
-
-    Returns
-    -------
-    Path or None
-        What :data:`VARIABLE` names now; None where there is nothing usable.
+    Returns what :data:`VARIABLE` names now; None where there is nothing usable.
     """
     if not os.environ.get(VARIABLE):
         found = find()
@@ -108,7 +99,7 @@ def prepare() -> Path | None:
 
 
 def instruction(platform: str = sys.platform, release: Path = Path("/etc/os-release")) -> str:
-    """One line that says how to install LLVM here; a Linux distribution names itself in a file."""
+    """One line that says how to install LLVM here; Linux distributions are read from `release`."""
     if platform == "darwin":
         return "brew install llvm"
     if platform == "win32":
@@ -127,9 +118,9 @@ def instruction(platform: str = sys.platform, release: Path = Path("/etc/os-rele
 
 
 def refusal(found: tuple[int, ...] | None) -> str | None:
-    """Why a release of LLVM cannot be used and what to do, in one line; None if it can.
+    """Why a release of LLVM cannot be used and what to do, in one line; None if it can be used.
 
-    It is None or a negative number where there is none.
+    `found` is None or negative where there is no LLVM.
     """
     if found and found[0] >= MINIMUM:
         return None

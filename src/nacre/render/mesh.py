@@ -6,9 +6,8 @@ import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.floating]
+from nacre.array import Floats
 
 _SEGMENTS = 384
 
@@ -16,13 +15,12 @@ _SEGMENTS = 384
 def revolve(mi: Any, name: str, profile: Floats, bsdf: Any, to_world: Any = None) -> Any:
     """Surface of revolution about +y as a `mitsuba.Mesh` with smooth normals.
 
-    The profile is radii and heights along the curve, shape (n, 2), with the outside at the left of
-    a walk along it seen in the (radius, height) plane.
+    The profile is radii and heights along the curve, shape (n, 2); the outside is to the left of
+    the curve in the (radius, height) plane.
     """
     phi = np.linspace(0.0, 2.0 * math.pi, _SEGMENTS + 1)
 
     def turned(curve: Floats) -> Floats:
-        """Vectors (outward, upward) of the curve at every turn, shape (n, segments + 1, 3)."""
         out, up = curve[:, None, 0], curve[:, None, 1]
         return np.stack(np.broadcast_arrays(out * np.sin(phi), up, out * np.cos(phi)), axis=-1)
 

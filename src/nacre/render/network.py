@@ -19,16 +19,16 @@ WEIGHTS = "auto", "literals", "cooperative"
 """How weights enter a kernel; see :func:`nacre.render.bsdf`."""
 
 MAX_LITERALS = 1 << 15
-"""Weights up to which literals are the default: they render 1.6 (675 weights) to 3 times (17,800
-weights) as fast as data, but compile in a time that grows with the square of their number. At
-39,000 weights a first picture of 256 x 256 pixels and 8 samples takes as long either way."""
+"""Up to this many weights, literals are the default: they render 1.6 (675 weights) to 3 times
+(17,800 weights) as fast as data, but compile time grows with the square of their number. At 39,000
+weights a first picture of 256 x 256 pixels and 8 samples takes equally long either way."""
 
 
 def first_in_buffer(network: NetworkBrdf, weights: str) -> int:
-    """Index of the first layer whose weights are data of the kernel; all after it are, too.
+    """Index of the first layer whose weights are data of the kernel; later layers are data, too.
 
-    By default that is none, up to :data:`MAX_LITERALS` weights. Of materials that share their
-    first layers, only the others are data, so that one kernel renders all of them.
+    By default no layer is, up to :data:`MAX_LITERALS` weights. If materials share their first
+    layers, only the others are data, so that one kernel renders all of these materials.
     """
     count = len(network.layers)
     if weights != "auto":
@@ -39,7 +39,7 @@ def first_in_buffer(network: NetworkBrdf, weights: str) -> int:
 
 
 def takes_half(mi: Any) -> bool:
-    """Whether cooperative vectors of a variant have 16 bits whatever is asked for, as on CUDA."""
+    """Whether a variant's cooperative vectors always have 16 bits, as on CUDA."""
     return cooperative_type(mi.Float) is not mi.Float
 
 
@@ -54,10 +54,9 @@ def pack_layers(mi: Any, layers: Sequence[Layer], half: bool, layout: str) -> li
 class BufferedNetwork:
     """A network whose last layers lie in one buffer of a JIT variant, as cooperative vectors.
 
-    The buffer is passed to every call instead of being kept, so that its owner may replace it and
-    Dr.Jit can follow its gradients into virtual function calls. The first `start` layers are
-    literals; if `half`, and on CUDA, weights and hidden values of the others have 16 bits instead
-    of 32.
+    The buffer is an argument of every call, so that its owner may replace it and Dr.Jit can follow
+    its gradients into virtual function calls. The first `start` layers are literals. If `half`, and
+    always on CUDA, weights and hidden values of the others have 16 bits instead of 32.
     """
 
     def __init__(self, network: NetworkBrdf, mi: Any, start: int = 0, half: bool = False) -> None:
@@ -72,7 +71,7 @@ class BufferedNetwork:
         return self._layers[0][0].buffer
 
     def _bound(self, weights: Any) -> list[tuple[Any, Any]]:
-        """Views of the layers into a buffer, made anew: none outlives the trace that it is for."""
+        """Views of the layers into a buffer; made for each trace, which they must not outlive."""
         return [(self._view(w, weights), self._view(b, weights)) for w, b in self._layers]
 
     def _view(self, place: Any, weights: Any) -> Any:
@@ -83,7 +82,6 @@ class BufferedNetwork:
         return view
 
     def eval_components(self, weights: Any, wi: Components, wo: Components) -> Components:
-        """What the reflectance evaluates, with the weights in a buffer."""
         network = self._network
         values: Any = network_inputs(wi, wo, network.isotropic, network.inputs, self._angle)
         for layer in self._literals:
@@ -95,7 +93,7 @@ class BufferedNetwork:
         return network.from_outputs([self._mi.Float(v) for v in outputs])
 
     def layers(self, weights: Any) -> list[Layer]:
-        """All layers, those in a buffer whatever the order in which this device stores them."""
+        """All layers as arrays, in whatever order the device stores those in the buffer."""
         flat = [view for layer in self._bound(weights) for view in layer]
         arrays = [np.array(self._mi.TensorXf(view), np.float32) for view in self._nn.unpack(*flat)]
         return self._literals + [
@@ -105,6 +103,6 @@ class BufferedNetwork:
 
 
 def opaque(mi: Any, parameters: Any) -> Any:
-    """A sampler, or another dataclass, whose numbers are data of a kernel instead of literals."""
+    """A sampler, or another dataclass, with numbers that are data of a kernel, not literals."""
     made = require("drjit", "render").opaque
     return with_numbers(parameters, lambda value: made(mi.Float, value))

@@ -1,12 +1,11 @@
-"""Pictures of more and more samples."""
+"""Rendering in passes, so that memory stays bounded."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,18 +17,16 @@ from nacre.render.kernels import release_kernels
 from nacre.runtime.interrupts import uninterrupted
 
 PASS = 16
-"""Samples per pixel that are rendered at a time, at most."""
-_MAX_SAMPLES, _MAX_WAVEFRONT = 1 << 24, 1 << 21
-"""Samples of all pixels that are rendered at a time: by one kernel, and in a wavefront."""
-_SAMPLE_BYTES, _WAVEFRONT_BYTES = 32, 600
-"""Memory of each of them, about."""
+"""The most samples per pixel in one pass."""
+# The most samples of all pixels in one pass, and about how much memory each takes.
+_MAX_SAMPLES, _SAMPLE_BYTES = 1 << 24, 32
+_MAX_WAVEFRONT, _WAVEFRONT_BYTES = 1 << 21, 600
+# About how much memory a pixel takes: the picture, sums, and writing; and the denoiser's images.
 _PIXEL_BYTES, _DENOISER_BYTES = 128, 112
-"""Memory of a pixel of the picture, its sums, and what writes it, about; and what the denoiser's
-images add."""
 
 
 def pass_sizes(counts: Sequence[int], largest: int = PASS) -> list[int]:
-    """Samples per pixel of passes, up to `largest`, that stop at each of increasing counts."""
+    """Samples per pixel of each pass, at most `largest`; passes end at each increasing count."""
     sizes: list[int] = []
     for before, count in zip((0, *counts), counts, strict=False):
         whole, rest = divmod(count - before, largest)
@@ -38,16 +35,12 @@ def pass_sizes(counts: Sequence[int], largest: int = PASS) -> list[int]:
 
 
 def needs_wavefronts(scene: Any) -> bool:
-    """Whether a BSDF of a scene says, by an attribute `wavefront`, that it is for these."""
+    """Whether a BSDF of a scene asks for :func:`wavefronts`, by its attribute `wavefront`."""
     return any(getattr(shape.bsdf(), "wavefront", False) for shape in scene.shapes())
 
 
-@dataclass(frozen=True)
-class Plan:
-    """How a picture is rendered a part at a time, so that memory stays bounded.
-
-    By passes of some samples per pixel, at most, and some rows of pixels at a time.
-    """
+class Plan(NamedTuple):
+    """The most samples per pixel in a pass, and the rows of pixels to render at a time."""
 
     samples: int
     rows: int
@@ -56,14 +49,9 @@ class Plan:
 def plan_passes(
     width: int, height: int, spp: int, wavefront: bool = False, denoised: bool = False
 ) -> Plan:
-    """The passes of a picture.
+    """How to render a picture within the memory that there is.
 
-    Its paths may be traced one bounce at a time (:func:`wavefronts`); it may be denoised then.
-
-    Raises
-    ------
-    NacreError
-        If there is not memory enough for the picture.
+    Raises NacreError if there is not enough memory for the picture.
     """
     limit = _MAX_WAVEFRONT if wavefront else _MAX_SAMPLES
     samples = max(1, min(PASS, spp, limit // (width * height)))
@@ -84,10 +72,10 @@ def plan_passes(
 
 @contextmanager
 def wavefronts() -> Iterator[None]:
-    """Paths are traced one bounce at a time, all that meet a BSDF together.
+    """Trace paths one bounce at a time, all paths that hit the same BSDF together.
 
-    One kernel for whole paths is faster, but where a BSDF costs far more than tracing: sixteen
-    paths go together in it, and all sixteen pay for what one of them meets.
+    One kernel for whole paths is faster unless a BSDF costs far more than tracing: sixteen paths
+    run together in such a kernel, and all sixteen pay for what one of them hits.
     """
     dr: Any = require("drjit", "render")
     whole, flag = dr.scoped_set_flag, dr.JitFlag
@@ -103,23 +91,13 @@ def accumulate(
     integrator: Any = None,
     channels: int = 3,
 ) -> Iterator[tuple[int, npt.NDArray[np.float64]]]:
-    """Render a scene pass by pass: samples per pixel so far, and their mean.
+    """Render a scene in passes of some `sizes`; yields samples per pixel so far, and their mean.
 
-    The picture is linear RGB, or what an integrator in place of the scene's gives; shape (height,
-    width, channels). The same seed gives the same pictures, but for the rounding of sums whose
-    order the renderer's threads decide.
+    The picture is linear RGB, or the output of `integrator` in place of the scene's; its shape is
+    (height, width, channels). `rows` of pixels are rendered at a time, by default all. The same
+    seed gives the same pictures, except for rounding in sums whose order depends on threads.
 
-    Parameters
-    ----------
-    sizes
-        Samples per pixel of each pass, at least 1.
-    rows
-        Rows of pixels to render at a time; all where None.
-
-    Raises
-    ------
-    NacreError
-        If memory runs out.
+    Raises NacreError if memory runs out.
     """
     mi = mitsuba()
     release_kernels()
@@ -132,7 +110,7 @@ def accumulate(
         for start, part_seed in zip(starts, seeds[index * len(starts) :], strict=False):
             part = slice(start, min(start + starts.step, height))
             with _cropped(mi, scene, part, height), uninterrupted(), _shortages():
-                # Mitsuba makes an error of its own of what ends it.
+                # Interrupts wait: Mitsuba would turn them into an error of its own.
                 picture = mi.render(scene, integrator=integrator, spp=samples, seed=int(part_seed))
                 total[part] += samples * np.array(picture, np.float64)
         done += samples
@@ -141,7 +119,7 @@ def accumulate(
 
 @contextmanager
 def _cropped(mi: Any, scene: Any, part: slice, height: int) -> Iterator[None]:
-    """A block in which the scene's first film shows some of its rows only."""
+    """Crop the scene's first film to some of its rows."""
     if part.stop - part.start == height:
         yield
         return
@@ -164,7 +142,7 @@ def _cropped(mi: Any, scene: Any, part: slice, height: int) -> Iterator[None]:
 
 @contextmanager
 def _shortages() -> Iterator[None]:
-    """A block whose want of memory is told in a line."""
+    """Turn an out-of-memory error into a NacreError."""
     try:
         yield
     except (RuntimeError, MemoryError) as error:

@@ -1,4 +1,4 @@
-"""Mitsuba BSDFs of reflectances: the plugins `nbrdf` and `brdf`; and all plugins made known."""
+"""Mitsuba BSDFs for reflectances: the plugins `nbrdf` and `brdf`; registers all plugins."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
 
 
 def register() -> None:
-    """Make the plugins `nbrdf`, `brdf`, `neuralbtf` and `measuredbtf` known to Mitsuba.
+    """Register the plugins `nbrdf`, `brdf`, `neuralbtf` and `measuredbtf` with Mitsuba.
 
-    For the current variant, if one is set, and for every variant set from now on. Calling it again
-    is harmless. The first two take `filename`, a file that :func:`nacre.load` reads; `nbrdf` wants
-    a network in it and has two more properties: see :func:`bsdf`; or it takes `code`, values with
-    commas or a file of `nacre latent encode`, and `basis`: see :mod:`nacre.render.coded`. The
-    others take a texture, that of `neuralbtf` encoded: see
-    :func:`nacre.render.textures.plugins.texture_bsdf`.
+    They work in the current variant, if one is set, and in every variant set from now on. Calling
+    this again is harmless. `brdf` and `nbrdf` take `filename`, a file that :func:`nacre.load`
+    reads. For `nbrdf` it must hold a network, and there are two more properties (see :func:`bsdf`);
+    instead of a file it takes `code`, values with commas or a file from `nacre latent encode`, and
+    `basis` (see :mod:`nacre.render.coded`). `measuredbtf` takes a texture and `neuralbtf` an
+    encoded one (see :func:`nacre.render.textures.plugins.texture_bsdf`).
 
     Raises
     ------
@@ -57,20 +57,20 @@ def register() -> None:
 
 
 def bsdf(material: Brdf | Btf | LatentMap, **options: Any) -> Any:
-    """A Mitsuba BSDF of a material in memory, to put into scene dictionaries.
+    """A Mitsuba BSDF for a material in memory, to put into scene dictionaries.
 
-    Sets the variant that :func:`nacre.render.mitsuba` starts with if none is set.
+    If no variant is set, this sets the one that :func:`nacre.render.mitsuba` starts with.
 
     Parameters
     ----------
     material
         Any reflectance or texture. A reflectance measured from a Mitsuba BSDF gives that BSDF.
     options
-        Of a texture, see :func:`nacre.render.textures.plugins.texture_bsdf`. Of a network:
+        For a texture, see :func:`nacre.render.textures.plugins.texture_bsdf`. For a network:
 
-        - `weights`: how weights enter the renderer. "literals" are compiled into the kernel: the
-          fastest rendering, but every material is compiled, and large networks for long.
-          "cooperative" keeps them in a buffer on Dr.Jit's cooperative vectors, which
+        - `weights`: how weights enter the renderer. "literals" are compiled into the kernel, which
+          renders fastest, but every material is compiled, and large networks compile slowly.
+          "cooperative" keeps them in a buffer for Dr.Jit's cooperative vectors, which
           `mitsuba.traverse` shows as the differentiable parameter `weights`: for optimization, and
           one kernel for all networks of the same shape. "auto", the default, takes literals up to
           :data:`nacre.render.network.MAX_LITERALS` weights, and a buffer for what differs between
@@ -80,7 +80,7 @@ def bsdf(material: Brdf | Btf | LatentMap, **options: Any) -> Any:
     Returns
     -------
     mi.BSDF
-        Of a reflectance with a method `material()` that returns it, with its current weights.
+        For a reflectance, its method `material()` returns that reflectance with current weights.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def bsdf(material: Brdf | Btf | LatentMap, **options: Any) -> Any:
         if (original := getattr(material, "bsdf", None)) is not None:
             return original
         if (latent := getattr(material, "latent", None)) is not None:
-            # Rows of a texture run down: turned over, its axes are those of the surface.
+            # Rows of a texture run down; turned over, its axes are those of the surface.
             upright = mi.ScalarTransform4f().scale([1.0, -1.0, 1.0])
             return texture_bsdf(latent(), interpolation="linear", to_uv=upright)
     properties = mi.Properties("brdf")
@@ -115,7 +115,6 @@ def _register_variant(_: str | None, variant: str) -> None:
 
 
 def _network_or_code(variant: str, properties: Any) -> Any:
-    """The plugin `nbrdf`: of a network in a file, or of a code, whichever it is given."""
     if "code" not in properties:
         return _plugins(variant)["nbrdf"](properties)
     if "filename" in properties:
@@ -158,7 +157,7 @@ def _plugins(variant: str) -> dict[str, Any]:
             return loaded
 
         def prepare_network(self, weights: str, half: bool) -> None:
-            """Settle what of the reflectance is compiled and what is data."""
+            """Decide which layers are compiled and which are data."""
             brdf = self.brdf
             if not isinstance(brdf, NetworkBrdf):
                 if weights == "cooperative" or half:
@@ -180,7 +179,6 @@ def _plugins(variant: str) -> dict[str, Any]:
             self.sampler = opaque(mi, brdf.sampler)
 
         def material(self) -> Brdf:
-            """The reflectance, with the current weights of a network."""
             brdf = self.brdf
             if self.buffered is None or not _is_its_layers(brdf):
                 return brdf
@@ -195,7 +193,7 @@ def _plugins(variant: str) -> dict[str, Any]:
             return self.buffered.eval_components(self.weights, wi, wo)
 
         def eval_diffuse_reflectance(self, si: Any, active: Any = True) -> Any:
-            """Fraction of light along the normal that is reflected, with the weights as loaded."""
+            """The albedo along the normal, with the weights as loaded."""
             if self.albedo is None:
                 red, green, blue = adapter.albedo(self.brdf).tolist()
                 albedo = red, green, blue
@@ -225,5 +223,5 @@ def _plugins(variant: str) -> dict[str, Any]:
 
 
 def _is_its_layers(brdf: Brdf) -> TypeGuard[NeuralBrdf]:
-    """Whether a network is no more than its layers, and can be made of others."""
+    """Whether a network can be made again from other layers."""
     return hasattr(brdf, "with_layers")

@@ -34,10 +34,9 @@ IMAGES = (".exr", *DISPLAY_IMAGES)
 MAX_SIZE = 8192
 """Longest edge of a picture in pixels."""
 
-
 DENOISED_SPP, PLAIN_SPP = 24, 40
-"""Default samples per pixel of previews: with the denoiser, and without it as many as take about
-10 seconds on two cores."""
+"""Default samples per pixel with and without the denoiser; the latter take about 10 seconds on two
+cores."""
 _AUXILIARY_SPP = 8
 
 
@@ -59,7 +58,7 @@ def render_preview(
     Parameters
     ----------
     material
-        Any reflectance; or a BSDF of Mitsuba's, or the dictionary of one.
+        Any reflectance, a Mitsuba BSDF, or the dictionary of one.
     shape
         One of :data:`nacre.render.scene.SHAPES`.
     light
@@ -67,15 +66,14 @@ def render_preview(
     size
         Edge, or width and height, in pixels; at most :data:`MAX_SIZE`.
     spp
-        Samples per pixel, at least 1; :func:`default_spp` where None. They are rendered a few at a
-        time.
+        Samples per pixel, at least 1; by default :func:`default_spp`.
     seed
-        Of the samples: the same seed gives the same picture, but for the rounding of sums whose
-        order the renderer's threads decide.
+        The same seed gives the same picture, except for rounding in sums whose order depends on
+        the renderer's threads.
     environment
-        The map, exposed here; the package's own where None.
+        The map, exposed here; by default the package's own.
     progress
-        Called with the fraction that is done, in (0, 1], after each pass.
+        Called with the finished fraction, in (0, 1], after each pass.
     denoise
         Whether to remove noise, where the denoiser is installed.
 
@@ -96,7 +94,7 @@ def render_preview(
     """
     width, height = (size, size) if isinstance(size, int) else size
     if not (1 <= width <= MAX_SIZE and 1 <= height <= MAX_SIZE):
-        raise NacreError(f"a picture has 1 to {MAX_SIZE} pixels an edge, not {width} x {height}")
+        raise NacreError(f"a picture has 1 to {MAX_SIZE} pixels per edge, not {width} x {height}")
     if spp is None:
         spp = default_spp(denoise)
     if spp < 1:
@@ -108,7 +106,7 @@ def render_preview(
 
 
 def default_spp(denoise: bool = True, plain: int = PLAIN_SPP) -> int:
-    """Samples per pixel that a preview has unless told otherwise; `plain` if it is not denoised."""
+    """The default samples per pixel of a preview; `plain` if it is not denoised."""
     return DENOISED_SPP if denoise and can_denoise() else plain
 
 
@@ -121,12 +119,9 @@ def render_scene(
 ) -> Image:
     """Render a scene, or the dictionary of one; see :func:`render_preview` for the rest.
 
-    A scene that is loaded already is never denoised: its film may share samples between pixels.
-
-    Raises
-    ------
-    NacreError
-        If the picture does not fit into memory, or the film is not of three colors.
+    A scene that is already loaded is never denoised, because its film may share samples between
+    pixels. Raises NacreError if the picture does not fit into memory, or the film does not hold
+    three colors.
     """
     mi = mitsuba()
     clean = denoise and isinstance(scene, dict) and can_denoise()
@@ -155,12 +150,8 @@ def _denoised(mi: Any, scene: Any, picture: npt.NDArray[np.float64], seed: int, 
 
 
 def check_image_path(path: PathLike, endings: Sequence[str] = IMAGES) -> Path:
-    """The path, if its ending is one of `endings`; to be called before a long rendering.
-
-    Raises
-    ------
-    FormatError
-        If it is not.
+    """The path, if its ending is one of `endings`, else FormatError; call it before a long
+    rendering.
     """
     path = Path(path)
     if path.suffix.lower() not in endings:
@@ -169,22 +160,11 @@ def check_image_path(path: PathLike, endings: Sequence[str] = IMAGES) -> Path:
 
 
 def write_image(image: npt.NDArray[np.floating], path: PathLike) -> None:
-    """Write a linear picture, whole or not at all.
+    """Write a linear Rec. 709 RGB picture, shape (height, width, 3), whole or not at all.
 
-    Parameters
-    ----------
-    image
-        Linear Rec. 709 RGB, shape (height, width, 3).
-    path
-        `.exr` keeps linear float32 values; `.png` and `.jpg` are clipped to [0, 1] and get a gamma
-        of 2.2 (:func:`nacre.color.tone_map`).
-
-    Raises
-    ------
-    FormatError
-        If the ending is none of these or the file cannot be written.
-    MissingExtraError
-        If Mitsuba (for `.exr`) or Pillow is not installed.
+    `.exr` keeps linear float32 values; `.png` and `.jpg` are clipped to [0, 1] and get a gamma of
+    2.2 (:func:`nacre.color.tone_map`). Raises FormatError if the ending is none of these or the
+    file cannot be written; MissingExtraError if Mitsuba (for `.exr`) or Pillow is not installed.
     """
     path = check_image_path(path)
     if path.suffix.lower() == ".exr":
@@ -201,12 +181,8 @@ def write_image(image: npt.NDArray[np.floating], path: PathLike) -> None:
 def write_bytes(image: npt.NDArray[np.uint8], path: PathLike) -> None:
     """Write a picture of display values, shape (height, width, 3), as `.png` or `.jpg`.
 
-    Raises
-    ------
-    FormatError
-        If the ending is none of these or the file cannot be written.
-    MissingExtraError
-        If Pillow is not installed.
+    Raises FormatError if the ending is none of these or the file cannot be written;
+    MissingExtraError if Pillow is not installed.
     """
     path = check_image_path(path, DISPLAY_IMAGES)
     pillow = require("PIL.Image", "render")

@@ -1,18 +1,18 @@
-"""Mitsuba scenes that show a material: what stands in them, how it is lit and seen.
+"""Mitsuba scenes that show a material: its object, light and camera.
 
-Scenes share the orientation of :mod:`nacre.render.environment`: +y is up and the camera looks
-toward -z, so the lamps of the environment are behind it.
+Scenes have the orientation of :mod:`nacre.render.environment`: +y is up and the camera looks toward
+-z, so the lamps of the environment are behind it.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.errors import NacreError
 from nacre.render.engine import mitsuba
 from nacre.render.environment import Environment
@@ -20,13 +20,9 @@ from nacre.render.lights import DirectionalLight
 from nacre.render.mesh import grid_mesh, revolve
 from nacre.render.studio import studio
 
-Shape = Literal["ball", "sphere"]
-LightName = Literal["environment", "directional"]
+SHAPES = "ball", "sphere"
+LIGHTS = "environment", "directional"
 
-SHAPES: tuple[str, ...] = get_args(Shape)
-LIGHTS: tuple[str, ...] = get_args(LightName)
-
-Floats = npt.NDArray[np.floating]
 
 _GROOVE = (math.radians(62.0), math.radians(77.0))
 _GROOVE_EDGE = math.radians(1.6)
@@ -38,11 +34,11 @@ _FLOOR_GRAY, _FLOOR_TEXELS = 0.36, 2048
 _CHECK, _CHECK_CONTRAST, _CHECK_FADE = 0.5, 0.055, 2.6
 
 PATH_DEPTH = 6
-"""Segments of a path of :func:`describe_scene` at most."""
+"""The most segments of a path in :func:`describe_scene`."""
 
 EXPOSURE = 0.6
-"""Mean luminance to which the environment is exposed: with the light that the floor gives back, a
-white Lambertian ball comes to about 0.8."""
+"""Mean luminance to which the environment is exposed; light from the floor brings a white
+Lambertian ball to about 0.8."""
 
 
 def describe_scene(
@@ -52,24 +48,12 @@ def describe_scene(
     size: tuple[int, int] = (512, 512),
     environment: Environment | None = None,
 ) -> dict[str, Any]:
-    """Scene dictionary for `mitsuba.load_dict`, of a BSDF or the dictionary of one.
+    """Scene dictionary for `mitsuba.load_dict`, with a BSDF or the dictionary of one.
 
-    Parameters
-    ----------
-    shape
-        `"ball"`: a grooved ball on a ring; `"sphere"`: a plain one on the floor.
-    light
-        `"environment"` or `"directional"`: the same direction and irradiance as
-        :class:`nacre.render.lights.DirectionalLight`.
-    size
-        Width and height in pixels.
-    environment
-        The map, exposed here; the package's own where None.
-
-    Raises
-    ------
-    NacreError
-        If there is no such shape or light.
+    The shape is `"ball"`, grooved and on a ring, or `"sphere"`, plain and on the floor. The light
+    is `"environment"`, a map that is exposed here (by default the package's own), or
+    `"directional"`, like :class:`nacre.render.lights.DirectionalLight`. The size is width and
+    height in pixels. Raises NacreError for another shape or light.
     """
     check_name("shape", shape, SHAPES)
     check_name("light", light, LIGHTS)
@@ -85,19 +69,14 @@ def describe_scene(
 
 
 def path_traced(depth: int, sensor: Mapping[str, Any]) -> dict[str, Any]:
-    """The start of a scene: paths of a number of segments at most, and what it is seen by."""
+    """The start of a scene: a path tracer with at most `depth` segments, and its sensor."""
     integrator = {"type": "path", "max_depth": depth}
     return {"type": "scene", "integrator": integrator, "sensor": sensor}
 
 
 def rgb(*value: float) -> dict[str, Any]:
-    """A linear color, or one value for all of its channels."""
+    """A linear color, or one value for all channels."""
     return {"type": "rgb", "value": list(value) if len(value) > 1 else value[0]}
-
-
-def sphere(middle: Sequence[float], radius: float, **surface: Any) -> dict[str, Any]:
-    """A sphere with a `bsdf` or an `emitter`."""
-    return {"type": "sphere", "center": list(middle), "radius": radius, **surface}
 
 
 def upright_sphere(mi: Any, bsdf: Any) -> dict[str, Any]:
@@ -107,13 +86,7 @@ def upright_sphere(mi: Any, bsdf: Any) -> dict[str, Any]:
 
 
 def check_name(what: str, name: str, known: Sequence[str]) -> None:
-    """Refuse what a scene does not know.
-
-    Raises
-    ------
-    NacreError
-        If the name is none of those known.
-    """
+    """Raise NacreError if a name is not one of those known."""
     if name not in known:
         raise NacreError(f"no {what} {name!r}: choose one of {', '.join(known)}")
 
@@ -125,9 +98,9 @@ def camera(
     size: tuple[int, int],
     fov_axis: str = "x",
 ) -> dict[str, Any]:
-    """A perspective camera with a film for linear colors, of a size in pixels; +y is up.
+    """A perspective camera whose film holds linear colors, with a size in pixels; +y is up.
 
-    The angle of view is in degrees, along an axis that Mitsuba calls "x", "y", "smaller", ...
+    The angle of view is in degrees, along the axis that Mitsuba calls "x", "y", "smaller", ...
     """
     width, height = size
     return {
@@ -148,12 +121,12 @@ def camera(
 
 
 def matte(*reflectance: float) -> dict[str, Any]:
-    """A Lambertian surface seen from both sides, of linear RGB or one value for all."""
+    """A Lambertian surface seen from both sides, with linear RGB or one value for all channels."""
     return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": rgb(*reflectance)}}
 
 
 def directional(toward: Sequence[float]) -> dict[str, Any]:
-    """Light of irradiance pi from a direction."""
+    """Light from a direction, with irradiance pi."""
     return {
         "type": "directional",
         "direction": [-x for x in toward],
@@ -186,7 +159,7 @@ def _ball(mi: Any, bsdf: Any) -> dict[str, Any]:
 
 
 def ball_profile() -> tuple[Floats, Floats]:
-    """Polar angles from the axis of the ball and radii at them, dense where the surface bends."""
+    """Polar angles from the ball's axis and the radii there, dense where the surface bends."""
     fine = (np.array(_GROOVE)[:, None] + np.linspace(-2.0, 2.0, 41) * _GROOVE_EDGE).ravel()
     theta = np.unique(np.concatenate([np.linspace(0.0, math.pi, 181), fine]))
     opened = _step((theta - _GROOVE[0]) / _GROOVE_EDGE) - _step((theta - _GROOVE[1]) / _GROOVE_EDGE)

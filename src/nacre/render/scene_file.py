@@ -1,4 +1,4 @@
-"""Scenes in Mitsuba's XML: read with the plugins of this package registered, and rendered."""
+"""Scene files in Mitsuba's XML: read with this package's plugins, and rendered."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def render_file(
         A Mitsuba scene (`.xml`); files that it names are found beside it. Its first sensor is
         rendered.
     spp
-        Samples per pixel; those of the scene's sampler where None.
+        Samples per pixel; by default those of the scene's sampler.
     seed
-        Of the samples.
+        For the samples.
     progress
         Called with the fraction that is done, in (0, 1], after each pass.
 
@@ -63,37 +63,15 @@ def render_file(
 
 
 def load_scene(path: PathLike) -> Any:
-    """A scene file as Mitsuba's scene.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read or is no scene that Mitsuba can make.
-    """
-    found = _load(path)
-    if not isinstance(found, mitsuba().Scene):
-        raise FormatError(f"{path}: is no <scene>, but a {type(found).__name__}")
-    return found
+    """A scene file as Mitsuba's scene; raises FormatError if Mitsuba cannot read one from it."""
+    return _scene(path, lambda: mitsuba().load_file(str(path)))
 
 
 def load_scene_with(path: PathLike, name: str, bsdf: str, properties: Mapping[str, Any]) -> Any:
-    """A scene file as Mitsuba's scene, with another BSDF in place of one of its own.
+    """A scene file as Mitsuba's scene, with another BSDF in place of the one with id `name`.
 
-    Parameters
-    ----------
-    path
-        Mitsuba scene (`.xml`); files that it names are found beside it.
-    name
-        Id of the BSDF to replace; the other one has it, too.
-    bsdf
-        Name of the plugin that takes its place.
-    properties
-        Of that.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, is no scene that Mitsuba can make, or has no such BSDF.
+    `bsdf` is the plugin that takes its place, with some properties. Raises FormatError if Mitsuba
+    cannot read a scene from the file, or it has no such BSDF.
     """
     mi = mitsuba()
 
@@ -123,39 +101,36 @@ def load_scene_with(path: PathLike, name: str, bsdf: str, properties: Mapping[st
         mi.parser.transform_all(settings, state)
         return mi.parser.instantiate(settings, state)
 
-    found = _made(path, made)
-    if not isinstance(found, mi.Scene):
-        raise FormatError(f"{path}: is no <scene>, but a {type(found).__name__}")
-    return found
+    return _scene(path, made)
 
 
 def scene_bsdfs(path: PathLike) -> list[Any]:
-    """The BSDFs of a file: those of shapes, those that no shape has, or its only one.
+    """The BSDFs in a file: those of shapes, those that no shape has, or its only one.
 
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, or Mitsuba can make nothing of it.
+    Raises FormatError if Mitsuba cannot read the file.
     """
-    found, mi = _load(path), mitsuba()
+    mi = mitsuba()
+    found = _made(path, lambda: mi.load_file(str(path)))
     if isinstance(found, mi.BSDF):
         return [found]
     if not isinstance(found, mi.Scene):
         return []
     bsdfs = [shape.bsdf() for shape in found.shapes() if shape.bsdf()]
-    # A callback class made here would end the process once it is garbage.
+    # A callback class defined here would crash the process when it is collected.
     found_at = mi.traverse(found).hierarchy.items()
     bsdfs += [child for child, (_, depth) in found_at if depth == 1 and isinstance(child, mi.BSDF)]
     return list(dict.fromkeys(bsdfs))
 
 
-def _load(path: PathLike) -> Any:
-    """What Mitsuba makes of a file."""
-    return _made(path, lambda: mitsuba().load_file(str(path)))
+def _scene(path: PathLike, make: Callable[[], Any]) -> Any:
+    found = _made(path, make)
+    if not isinstance(found, mitsuba().Scene):
+        raise FormatError(f"{path}: is not a <scene> but a {type(found).__name__}")
+    return found
 
 
 def _made(path: PathLike, make: Callable[[], Any]) -> Any:
-    """What is made of a file, with the plugins of this package."""
+    """Make something from a file, with this package's plugins and errors."""
     check_scene(path)
     mitsuba()
     register()
@@ -170,7 +145,7 @@ def _made(path: PathLike, make: Callable[[], Any]) -> Any:
 
 
 def _one_line(error: Exception) -> str:
-    """What Mitsuba says, without the traceback of an error within a plugin of this package."""
+    """Mitsuba's message, without the traceback of an error inside one of this package's plugins."""
     where, traceback, inner = str(error).partition("Traceback (most recent call last):")
     if traceback:
         last = inner.strip().splitlines()[-1]

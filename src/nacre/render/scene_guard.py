@@ -1,4 +1,4 @@
-"""Scene files in XML, looked through for what would end the process that Mitsuba loads them in."""
+"""Checks scene files in XML for what would end the process when Mitsuba loads them."""
 
 from __future__ import annotations
 
@@ -11,12 +11,11 @@ from nacre.errors import FormatError
 from nacre.io.files import PathLike
 
 MAX_DEPTH = 64
-"""Levels of elements within one another: Mitsuba's parser calls itself for each, until its stack
-ends the process."""
+"""Levels of nested elements: Mitsuba's parser recurses for each, until the stack overflows."""
 MAX_ELEMENTS = 1_000_000
-"""Elements of a scene, each counted as often as its file is included."""
+"""Elements of a scene, counted each time a file is included."""
 MAX_NAME = 4096
-"""Letters of the name of an included file, in which each `<default>` may double others."""
+"""Letters in the name of an included file, where each `<default>` may double the others."""
 
 
 class _Size(NamedTuple):
@@ -25,16 +24,12 @@ class _Size(NamedTuple):
 
 
 def check_scene(path: PathLike) -> None:
-    """Refuse a file that is no XML, or, with all that it includes, nested so deeply or grown so
-    large that Mitsuba's parser would not survive it.
+    """Refuse a scene file that Mitsuba's parser would not survive.
 
-    A `blendbsdf` without a weight is refused too, which Mitsuba 3.9.1 does not survive, and a
-    document type: older expat expands its entities to gigabytes.
-
-    Raises
-    ------
-    FormatError
-        If it is, includes itself, or cannot be read.
+    That is XML that is, with all its includes, nested too deeply or too large, and a `blendbsdf`
+    without a weight, on which Mitsuba 3.9.1 crashes. A document type is refused too: older expat
+    expands its entities to gigabytes. Raises FormatError for these, for a file that is no XML or
+    includes itself, and if a file cannot be read.
     """
     if not Path(path).is_file():
         raise FormatError(f"{path}: no such file")
@@ -42,13 +37,7 @@ def check_scene(path: PathLike) -> None:
 
 
 class _Files:
-    """A scene and the files that it includes, each read once.
-
-    Parameters
-    ----------
-    path
-        The scene.
-    """
+    """A scene and the files that it includes, each read once."""
 
     def __init__(self, path: PathLike) -> None:
         self._top = Path(path)
@@ -57,18 +46,18 @@ class _Files:
         self._sizes: dict[Path, _Size | None] = {}  # None while it is read
 
     def size(self, path: Path, shown: str) -> _Size:
-        """Of a file and what it includes; messages call it `shown`."""
+        """The size of a file with its includes; messages call it `shown`."""
         own = path.resolve()
         if own not in self._sizes:
             self._sizes[own] = None
             self._sizes[own] = self._parsed(path, shown)
         if (size := self._sizes[own]) is None:
-            raise FormatError(f"{self._top}: <include> of {shown}, which is being read: a circle")
+            raise FormatError(f"{self._top}: <include> of {shown}, which includes itself")
         return size
 
     def _parsed(self, path: Path, shown: str) -> _Size:
         level = deepest = elements = 0
-        unweighted: dict[int, int] = {}  # lines of what is open and lacks a weight, by level
+        unweighted: dict[int, int] = {}  # lines of open blendbsdfs without a weight, by level
 
         def grown(name: str, by: _Size) -> None:
             nonlocal deepest, elements
@@ -124,7 +113,7 @@ class _Files:
         return _Size(deepest, elements)
 
     def _found(self, name: str, inside: Path, shown: str) -> list[Path]:
-        """The files that an `<include>` may mean; Mitsuba refuses what is nowhere."""
+        """The files that an `<include>` may mean; Mitsuba itself refuses a missing one."""
         for key in sorted(self._defaults, key=len, reverse=True):
             if len(name := name.replace(f"${key}", self._defaults[key])) > MAX_NAME:
                 raise FormatError(f"{shown}: <include> of a name longer than {MAX_NAME} letters")

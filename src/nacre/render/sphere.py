@@ -3,13 +3,13 @@
 Protocol: an orthographic view along -z of a unit sphere, 128 x 128 pixels, one ray through the
 center of each. Two lights: an environment, exposed so that a white Lambertian sphere has mean
 luminance 0.8 (:meth:`nacre.render.environment.Environment.exposed`), as 512 fixed directions at
-each pixel; and one directional light 45 degrees off the view, from the upper left, of irradiance
-pi. No shadows, no interreflection, nothing random: two reflectances see the very same pairs of
-directions (:mod:`nacre.render.lights`). For metrics, values are clipped to [0, 1] and a gamma of
-2.2 applied (:func:`nacre.color.tone_map`).
+each pixel; and a directional light from the upper left, 45 degrees from the view, with irradiance
+pi. There are no shadows and no interreflection, and nothing is random: two reflectances see exactly
+the same pairs of directions (:mod:`nacre.render.lights`). For metrics, values are clipped to [0, 1]
+and get a gamma of 2.2 (:func:`nacre.color.tone_map`).
 
 Pictures for people have smooth edges: :func:`smooth_edges` evaluates more points where the rim or
-the shadow of a light runs through a pixel, which no metric sees.
+the edge of a shadow runs through a pixel. Metrics never see this.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Floats, Image
 from nacre.brdf import Brdf
 from nacre.render.environment import Environment
 from nacre.render.lights import DIRECTIONS, DirectionalLight, EnvironmentLight, Light
@@ -29,16 +30,13 @@ SIZE = 128
 """Pixels along an edge of the picture."""
 
 MARGIN = 0.03
-"""Fraction of the half frame that stays free around the sphere."""
+"""Fraction of the half frame that stays empty around the sphere."""
 
-_PAIRS = 1 << 16
-"""Pairs of directions that a thread holds at a time: about 10 MB with what `eval` needs."""
+_PAIRS = 1 << 16  # pairs of directions that a thread holds: about 10 MB with what `eval` needs
 
-Floats = npt.NDArray[np.floating]
-Image = npt.NDArray[np.float32]
 Mask = npt.NDArray[np.bool_]
 Progress = Callable[[float], None]
-"""Called with the fraction that is done, in (0, 1], from the thread that asked for the picture."""
+"""Called with the finished fraction, in (0, 1], in the caller's thread."""
 
 
 def standard_lights(
@@ -46,8 +44,8 @@ def standard_lights(
 ) -> dict[str, Light]:
     """The two lights of the protocol by name: "environment" and "directional".
 
-    The map, for which `count` directions stand, is exposed here; without one it is the package's
-    own (:func:`nacre.render.studio.studio`).
+    The map is exposed here and sampled in `count` directions; by default it is the package's own
+    (:func:`nacre.render.studio.studio`).
     """
     exposed = (studio() if environment is None else environment).exposed()
     lights: tuple[Light, ...] = (EnvironmentLight(exposed, count), DirectionalLight())
@@ -55,7 +53,8 @@ def standard_lights(
 
 
 def sphere_normals(size: int = SIZE, offset: Floats | None = None) -> tuple[Floats, Mask]:
-    """Normals of the sphere at pixel centers, or (x, y) pixels from them, and what it covers.
+    """Normals of the sphere at pixel centers, shifted by `offset` (x, y) pixels, and what it
+    covers.
 
     Normals are unit vectors, shape (size, size, 3), float32: row 0 is the top, +y is up, +x is
     right, +z points to the viewer. They are zero outside the sphere.
@@ -76,18 +75,10 @@ def sphere_normals(size: int = SIZE, offset: Floats | None = None) -> tuple[Floa
 def frames(normals: Floats) -> Floats:
     """Rotations from the common frame to the local frames of normals.
 
-    The tangent runs east along the circles of latitude about +y, as on a lathe; the bitangent runs
-    north. That is the frame of Mitsuba's `sphere` after its z axis is rotated to +y.
-
-    Parameters
-    ----------
-    normals
-        Unit vectors, shape (n, 3), none along y.
-
-    Returns
-    -------
-    array of shape (n, 3, 3)
-        Rows are tangent, bitangent and normal: `frame @ vector` is local.
+    The normals are unit vectors, shape (n, 3), none along y. The result has shape (n, 3, 3), with
+    rows tangent, bitangent and normal: `frame @ vector` is local. The tangent runs east along
+    circles of latitude about +y, as on a lathe, and the bitangent north. Mitsuba's `sphere` has
+    this frame after its z axis is rotated to +y.
     """
     x, _, z = normals.T
     tangent = np.stack([z, np.zeros_like(x), -x], axis=-1) / np.hypot(x, z)[:, None]
@@ -97,14 +88,14 @@ def frames(normals: Floats) -> Floats:
 def render_sphere(
     brdf: Brdf, light: Light, size: int = SIZE, progress: Progress | None = None
 ) -> tuple[Image, Mask]:
-    """Picture of a sphere of one material.
+    """Picture of a sphere with one material.
 
     Parameters
     ----------
     brdf
-        Any reflectance; evaluated through :meth:`nacre.brdf.Brdf.eval`, from one thread a core.
+        Any reflectance; evaluated through :meth:`nacre.brdf.Brdf.eval`, in one thread per core.
     light
-        Where the light comes from, such as one of :func:`standard_lights`.
+        One of :func:`standard_lights`, or another.
     size
         Pixels along an edge.
     progress
@@ -123,20 +114,11 @@ def render_sphere(
     return image, mask
 
 
-def smooth_edges(
-    image: Image, brdf: Brdf, light: Light, points: int = 4
-) -> tuple[Image, npt.NDArray[np.float32]]:
-    """A picture of :func:`render_sphere` with smooth edges, for people to look at.
+def smooth_edges(image: Image, brdf: Brdf, light: Light) -> tuple[Image, npt.NDArray[np.float32]]:
+    """A picture from :func:`render_sphere` with smooth edges, for people to look at.
 
-    Pixels that the rim runs through show the mean over `points` x `points` points of them; so do
-    all pixels where a light comes from one direction, whose shadow has an edge.
-
-    Parameters
-    ----------
-    image, brdf, light
-        The picture, and what it was rendered of.
-    points
-        Along an edge of a pixel.
+    Pixels on the rim show the mean over 4 x 4 points inside them. If the light has a
+    single direction, so that its shadow has an edge, all pixels do.
 
     Returns
     -------
@@ -146,7 +128,7 @@ def smooth_edges(
         Fraction of each pixel that the sphere covers, shape (size, size).
     """
     size = len(image)
-    shifts = (np.arange(points) + 0.5) / points - 0.5
+    shifts = (np.arange(4) + 0.5) / 4 - 0.5
     grid = [sphere_normals(size, np.array([x, y])) for y in shifts for x in shifts]
     masks = np.stack([mask for _, mask in grid])
     coverage: npt.NDArray[np.float32] = masks.mean(axis=0, dtype=np.float32)
@@ -162,7 +144,7 @@ def smooth_edges(
 
 
 def _shade_all(brdf: Brdf, light: Light, local: Floats, progress: Progress | None = None) -> Floats:
-    """Radiance toward +z at points with given frames, from one thread a core, shape (n, 3)."""
+    """Radiance toward +z at points with given frames, in one thread per core, shape (n, 3)."""
     step = max(1, _PAIRS // light.count)
     parts = [local[start : start + step] for start in range(0, len(local), step)]
     shaded = []

@@ -1,6 +1,6 @@
 """The environment that the package includes: a photographer's studio under an open sky.
 
-Made from formulas at run time, so there is no image to ship and none to license.
+It is computed from formulas at run time, so there is no image to ship or to license.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from nacre.render.environment import Environment, pixel_directions, sphere_mean
+from nacre.array import Floats
+from nacre.render.environment import Environment, balanced, pixel_directions
 
 HEIGHT, WIDTH = 256, 512
 
-Floats = npt.NDArray[np.floating]
 
 _ZENITH = (0.17, 0.26, 0.42)
 _HORIZON = (0.66, 0.70, 0.75)
@@ -32,16 +32,9 @@ _SUN_RADIANCE = (330.0, 285.0, 225.0)
 class SoftBox:
     """A rectangular lamp with soft edges, seen from the origin.
 
-    Parameters
-    ----------
-    azimuth, elevation
-        Of the center in degrees; azimuth 0 is +z, 90 is +x.
-    width, height
-        Angles that it subtends, in degrees.
-    tilt
-        Rotation about its center in degrees.
-    radiance
-        Linear RGB in its middle.
+    Angles are in degrees: azimuth (0 is +z, 90 is +x) and elevation of its center, the width and
+    height that it subtends, and its tilt about the center. The radiance in its middle is linear
+    RGB.
     """
 
     azimuth: float
@@ -74,23 +67,21 @@ class SoftBox:
 _EDGE = math.radians(1.5)
 
 _BOXES = (
-    # The main lamp: large, slightly warm, high at the right.
+    # The main lamp: large, slightly warm, high on the right.
     SoftBox(48.0, 34.0, 34.0, 42.0, -8.0, (5.6, 5.3, 4.9)),
-    # A long strip, slightly cool, upright at the left: shows the width of a highlight.
+    # A long strip, slightly cool, upright on the left: shows the width of a highlight.
     SoftBox(-68.0, 14.0, 7.0, 74.0, 6.0, (6.6, 7.0, 7.6)),
-    # A rim lamp behind, above the horizon: lights the edges from which grazing reflection comes.
+    # A rim lamp behind, above the horizon: lights the edges, which reflect at grazing angles.
     SoftBox(158.0, 30.0, 46.0, 16.0, 0.0, (3.6, 3.6, 3.7)),
 )
 
 
 def smoothstep(low: float, high: float, x: Floats) -> Floats:
-    """From 0 at `low` to 1 at `high`, smooth between."""
     t = np.clip((x - low) / (high - low), 0.0, 1.0)
     return np.asarray(t * t * (3.0 - 2.0 * t))
 
 
 def mix(a: npt.ArrayLike, b: npt.ArrayLike, t: Floats) -> Floats:
-    """`a` where `t` is 0, `b` where it is 1, linear between."""
     return np.asarray(np.asarray(a) * (1.0 - t) + np.asarray(b) * t)
 
 
@@ -98,15 +89,14 @@ def mix(a: npt.ArrayLike, b: npt.ArrayLike, t: Floats) -> Floats:
 def studio() -> Environment:
     """The procedural environment: 512 x 256, exposed, and neutral.
 
-    Its parts, as a viewer who looks along -z with the lamps at the back would place them:
+    Its parts, as seen by a viewer who looks along -z with the lamps behind:
 
     - a sky from blue at the zenith to near white at the horizon, with a warm glow below the sun;
     - a darker ground, lighter toward the horizon;
-    - a small warm sun (2 degrees of radius, soft edge) behind the viewer's left shoulder;
-    - a large soft box high at the right, an upright strip at the left, a rim lamp far behind the
-      object.
+    - a small warm sun (radius 2 degrees, soft edge) behind the viewer's left shoulder;
+    - a large soft box high on the right, an upright strip on the left, and a rim lamp far behind.
 
-    Its colors are balanced so that a white Lambertian sphere seen from +z is white on average.
+    Colors are balanced so that a white Lambertian sphere seen from +z is white on average.
     """
     directions, _ = pixel_directions(HEIGHT, WIDTH)
     height = directions[..., 1:2]
@@ -125,5 +115,4 @@ def studio() -> Environment:
     disk = 1.0 - smoothstep(0.7 * _SUN_RADIUS, 1.3 * _SUN_RADIUS, angle)
     pixels = pixels + disk[..., None] * np.asarray(_SUN_RADIANCE)
 
-    mean = sphere_mean(pixels)
-    return Environment((pixels * (mean.mean() / mean)).astype(np.float32), "studio").exposed()
+    return balanced("studio", pixels)

@@ -1,7 +1,7 @@
-"""Environments that the package includes beside the studio, each made from formulas at run time.
+"""The package's other environments, each computed from formulas at run time.
 
-Maps are 512 x 256 and exposed. A camera's white balance would leave an evening warm: colors are
-balanced by half where light has a color that people expect, and wholly where it has none.
+Maps are 512 x 256 and exposed. A camera's full white balance would take the warmth from an evening:
+colors are balanced halfway where people expect colored light, and fully elsewhere.
 """
 
 from __future__ import annotations
@@ -13,21 +13,16 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import numpy.typing as npt
 
-from nacre.render.environment import Environment, pixel_directions, sphere_mean
-from nacre.render.studio import HEIGHT, WIDTH, Floats, mix, smoothstep, studio
-
-
-def _finished(name: str, pixels: Floats, balance: float) -> Environment:
-    """Exposed; a `balance` of 1 makes a white Lambertian sphere seen from +z white on average."""
-    mean = sphere_mean(pixels)
-    balanced = pixels * (mean.mean() / mean) ** balance
-    return Environment(balanced.astype(np.float32), name).exposed()
+from nacre.array import Floats
+from nacre.render.environment import Environment, balanced, pixel_directions
+from nacre.render.studio import HEIGHT, WIDTH, mix, smoothstep, studio
 
 
 def _waves(x: Floats, y: Floats, octaves: int, turn: float) -> Floats:
     """A sum of waves in all directions over a plane, about -1 to 1: clouds without a table.
 
-    Each octave bends the places of the next (domain warping), else rows of waves would show.
+    Each octave bends the coordinates of the next (domain warping); otherwise rows of waves would
+    show.
     """
     total, size = np.zeros(x.shape), 1.0
     for k in range(octaves):
@@ -50,7 +45,7 @@ def _hills(directions: Floats, low: float, high: float) -> Floats:
 
 
 def _overhead(directions: Floats) -> tuple[Floats, Floats]:
-    """Where directions above the horizon meet a layer of clouds; it curves down far away."""
+    """Where directions above the horizon meet a layer of clouds, which curves down far away."""
     height = np.maximum(directions[..., 1], 0.0) + 0.12
     return directions[..., 0] / height, directions[..., 2] / height
 
@@ -59,8 +54,8 @@ def _overhead(directions: Floats) -> tuple[Floats, Floats]:
 def overcast() -> Environment:
     """A field under a closed layer of clouds: soft light from above, no shadows, neutral.
 
-    The sky is the CIE's standard overcast one (ISO 15469:2004, type 1): three times as bright at
-    the zenith as at the horizon, with clouds of little contrast; the ground reflects a fifth.
+    The sky is the CIE standard overcast sky (ISO 15469:2004, type 1), three times as bright at the
+    zenith as at the horizon, with faint clouds; the ground reflects a fifth of its light.
     """
     directions, _ = pixel_directions(HEIGHT, WIDTH)
     height = directions[..., 1:2]
@@ -68,12 +63,12 @@ def overcast() -> Environment:
     clouds = _waves(2.2 * x, 2.2 * z, 5, 0.4)[..., None]
     sky = (1.0 + 2.0 * np.maximum(height, 0.0)) / 3.0 * (1.0 + 0.22 * clouds)
     sky = sky * mix((0.96, 0.99, 1.03), (1.03, 1.0, 0.95), np.clip(0.5 + clouds, 0.0, 1.0))
-    # What reaches the ground from that sky is 7 pi / 9 of the zenith's radiance.
+    # The irradiance from that sky is 7 pi / 9 times the zenith's radiance.
     ground = 0.2 * 7.0 / 9.0 * mix((1.15, 1.05, 0.85), (0.95, 1.0, 0.75), -np.minimum(height, 0.0))
     pixels = mix(ground, sky, smoothstep(-0.012, 0.012, height))
     trees = 0.055 * np.array([0.85, 1.0, 0.8])
     pixels = mix(pixels, trees, _hills(directions, 0.01, 0.12) * (height > -0.012))
-    return _finished("overcast", pixels, 1.0)
+    return balanced("overcast", pixels)
 
 
 _LATE_SUN = (-0.72, 0.16, 0.55)
@@ -82,10 +77,11 @@ _LATE_RADIUS = math.radians(2.2)
 
 @functools.cache
 def late_sun() -> Environment:
-    """Open country with the sun low at the viewer's left: warm light, a sky that turns blue.
+    """Open country with the sun low on the viewer's left: warm light, a sky that turns blue.
 
-    The sun, 10 degrees high, has a radius of 2.2 degrees, a soft edge, and half as much light as
-    the sky. The sky is orange near it, pink opposite, blue overhead, with bands of cloud low down.
+    The sun stands 10 degrees high, with a soft edge at a radius of 2.2 degrees, and gives half as
+    much light as the sky. The sky is orange near it, pink opposite and blue overhead, with low
+    bands of cloud.
     """
     directions, _ = pixel_directions(HEIGHT, WIDTH)
     height = directions[..., 1:2]
@@ -111,32 +107,30 @@ def late_sun() -> Environment:
     pixels = mix(ground, sky, smoothstep(-0.012, 0.012, height))
     hills = _hills(directions, 0.005, 0.06) * (height > -0.012)
     pixels = mix(pixels, mix((0.05, 0.05, 0.08), (0.16, 0.09, 0.05), near**2), hills)
-    return _finished("late sun", pixels, 0.5)
+    return balanced("late sun", pixels, 0.5)
 
 
 _ROOM = np.array([-2.2, -1.1, -3.0]), np.array([2.6, 1.6, 3.2])
-"""Corners of the room, in meters from its materials, which stand on a table."""
-_WINDOW = (-0.45, 1.15), (-0.9, 1.5)
-"""Heights and depths between which the left wall is open."""
+"""Corners of the room, in meters from the materials, which stand on a table."""
+_WINDOW = (-0.45, 1.15), (-0.9, 1.5)  # heights and depths between which the left wall is open
 _FRAME = 0.035
 _LAMPS = (
-    # A globe in the corner at the right, and one that hangs behind the viewer.
+    # A globe in the right corner, and one that hangs behind the viewer.
     ((1.7, 0.45, 1.5), 0.17, (62.0, 42.0, 22.0)),
     ((-0.3, 1.1, 2.4), 0.13, (50.0, 36.0, 20.0)),
 )
 _WALLS = ((0.62, 0.58, 0.52), (0.50, 0.56, 0.60), (0.60, 0.57, 0.52))
-"""Colors of the walls at the left and right, of floor and ceiling, of those ahead and behind."""
+"""Colors of the left and right walls, floor and ceiling, and the walls ahead and behind."""
 _FLOOR, _CEILING = (0.30, 0.19, 0.11), (0.78, 0.77, 0.74)
 _DAY = np.array([8.5, 9.6, 11.0])
-_BOUNCED = 0.11
-"""Of the light on walls that comes from other walls, as a radiance on white."""
+_BOUNCED = 0.11  # light on the walls from other walls, as a radiance on white
 
 
 @functools.cache
 def room() -> Environment:
-    """A living room: daylight through a window at the left, two warm lamps, a wooden floor.
+    """A living room: daylight through a window on the left, two warm lamps, a wooden floor.
 
-    Walls are lit by the window and the lamps (Lambert's law, without shadows); light between walls
+    The window and the lamps light the walls (Lambert's law, without shadows); light between walls
     is a constant.
     """
     directions, _ = pixel_directions(HEIGHT, WIDTH)
@@ -173,11 +167,11 @@ def room() -> Environment:
         seen = math.asin(radius / away)
         globe = 1.0 - smoothstep(0.85 * seen, 1.15 * seen, angle)
         pixels = mix(pixels, radiance, globe[..., None])
-    return _finished("room", pixels, 0.5)
+    return balanced("room", pixels, 0.5)
 
 
 def _lit(points: Floats, normals: Floats) -> Floats:
-    """Irradiance of window and lamps over pi, at points with normals, shapes (h, w, 3)."""
+    """Irradiance / pi from window and lamps at points with normals, shapes (h, w, 3)."""
     (bottom, top), (near, far) = _WINDOW
     rows, columns = 3, 4
     area = (top - bottom) * (far - near) / (rows * columns)
@@ -187,7 +181,7 @@ def _lit(points: Floats, normals: Floats) -> Floats:
         way = np.asarray(source) - points
         squared = np.sum(way * way, axis=-1, keepdims=True) + 0.05
         cosine = np.maximum(np.sum(way * normals, axis=-1, keepdims=True), 0.0) / np.sqrt(squared)
-        if window:  # daylight falls in from above; what lies below the horizon is darker
+        if window:  # daylight falls in from above; light from below the horizon is darker
             below = smoothstep(-0.2, 0.3, way[..., 1:2] / np.sqrt(squared))
             cosine = (
                 cosine * (0.3 + 0.7 * below) * np.maximum(-way[..., :1], 0.0) / np.sqrt(squared)

@@ -1,4 +1,4 @@
-"""Parametric standards of other tools, and mixtures of their closures, as analytic models."""
+"""Parametric standards from other tools, and mixtures of their closures, as analytic models."""
 
 from nacre.standard.fitted import fitted
 

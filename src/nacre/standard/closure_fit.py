@@ -1,16 +1,17 @@
-"""The fit of a mixture of closures to pictures.
+"""Fits a mixture of closures to pictures.
 
-Between two nodes of the tables every number is linear in the facing ratio, so that each point of a
-picture depends on two nodes alone and the normal equations are small. They are those of Levenberg
-and Marquardt, with bounds kept by holding what would leave them. What is brought to a minimum is
-the logarithm of the mean squared error of three kinds of pictures, as displays show them: views
-under an even sky and lamps, spheres lit from the front, spheres lit from behind; and a little for
-each step between neighboring nodes, where pictures do not decide.
+Between two nodes of the tables every number is linear in the facing ratio, so each point of a
+picture depends on two nodes only, and the normal equations are small. They are those of
+Levenberg-Marquardt; bounds are kept by holding the numbers that would leave them. The fit minimizes
+the logarithms of the mean squared errors of three kinds of pictures in display values: views under
+an even sky and lamps, spheres lit from the front, and spheres lit from behind. Steps between
+neighboring nodes add a little, for where pictures do not decide.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,12 +25,12 @@ from nacre.geometry import half_vector, split
 from nacre.runtime.progress import Progress
 from nacre.sampling.energy import albedos
 from nacre.sampling.lit_views import LAMPS, SHARPNESS, lit_spheres, lit_views
-from nacre.standard.closures import (
+from nacre.standard.bent_closures import (
     HORIZON,
     LOBES,
     NODES,
     ROWS,
-    Closures,
+    TABLES,
     bent_facets,
     bent_normal,
     view_frame,
@@ -39,15 +40,15 @@ Vector = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 
 _VIEWS, _ROUGH_VIEWS = (80, 512, 12), (32, 200, 6)  # views, directions and lights of each
-_GRAZING = 1.3  # power of an even number that is the facing ratio of half of the views
+_GRAZING = 1.3  # half of the views have a uniform number to this power as their facing ratio
 _SIZE, _ROUGH_SIZE = 40, 20  # pixels along an edge of a sphere
 _FRONT, _BACK = np.linspace(0.0, 75.0, 12), np.linspace(80.0, 174.0, 20)  # degrees, light and view
 _WEIGHTS = 1.5, 2.5, 0.7  # of the kinds of pictures: views, front, back
 _SMOOTH = 2e-3  # weight of a step between nodes
-_DARK = 3e-4  # added to what is seen: the gamma curve is steepest where little is to be seen
-_FLOOR = 1e-6  # mean squared error that no picture need be below
+_DARK = 3e-4  # added to radiance, because the gamma curve is steepest in the dark
+_FLOOR = 1e-6  # mean squared errors below this do not count
 _BEND = -0.4  # lowest bend over the facing ratio: mirror directions stay above the horizon
-_DIFFUSE_BEND = -0.9  # the same of the diffuse closure: its normal faces the viewer
+_DIFFUSE_BEND = -0.9  # the same for the diffuse closure: its normal faces the viewer
 _NARROW = 0.1  # smallest roughness: narrower lobes than the cells of tables sparkle
 _STEP = 1e-4  # of differences
 _STARTS = ((0.2, 0.4, 0.7), (0.1, 0.25, 0.5), (0.4, 0.6, 0.9), (0.1, 0.4, 0.8))
@@ -64,14 +65,14 @@ _IS_BEND = np.array([name.startswith("bend") for name, _ in ROWS])
 
 
 class _Basis(NamedTuple):
-    """What closures reflect of pairs of directions; derivatives are by :data:`_FREE`."""
+    """Reflectance of closures at pairs of directions; derivatives are by :data:`_FREE`."""
 
     values: Vector  # (closures, n), f_r of colors of 1
     derivatives: Vector  # (shapes, n)
 
 
 class _Pairs:
-    """Pairs of directions, and where their facing ratios lie between the nodes."""
+    """Pairs of directions, and the place of their facing ratios between the nodes."""
 
     def __init__(self, wi: Floats, wo: Floats, known: Mask) -> None:
         pair = (split(w.reshape(-1, 3).astype(np.float64)) for w in (wi, wo))
@@ -85,7 +86,7 @@ class _Pairs:
         self.part = np.clip(part, 0.0, 1.0)
 
     def local(self, table: Vector) -> Vector:
-        """Rows of numbers at the pairs, (rows, n), of those at the nodes, (nodes, rows)."""
+        """Rows of numbers at the pairs, (rows, n), from those at the nodes, (nodes, rows)."""
         low, high = table[self.cell], table[self.cell + 1]
         return np.asarray((low + self.part[:, None] * (high - low)).T)
 
@@ -114,7 +115,7 @@ class _Pairs:
 
 
 class _Equations:
-    """Normal equations of numbers at the nodes, as sums over the pictures."""
+    """Normal equations for the numbers at the nodes, as sums over the pictures."""
 
     def __init__(self) -> None:
         shape = len(NODES), len(ROWS)
@@ -138,10 +139,10 @@ class _Equations:
 
 
 class _Pictures:
-    """Pictures of one kind of a material, for a mixture to be compared with.
+    """Pictures of a material, of one kind, that a mixture is compared with.
 
     With `weights`, of shape (v, lights, n), pairs are n directions to the light for each of v
-    views; without, each pair is a picture of its own, under a directional light of irradiance pi.
+    views; without, each pair is a picture, under directional light with irradiance pi.
     """
 
     def __init__(self, brdf: Brdf, wi: Floats, wo: Floats, weights: Floats | None = None) -> None:
@@ -161,7 +162,7 @@ class _Pictures:
         self._cell, self._part = cell, part
 
     def _seen(self, f_r: Vector) -> Vector:
-        """Radiance in the pictures, (pictures, k), of k reflectances at the pairs, (k, pairs)."""
+        """Radiance in the pictures, (pictures, k), from k reflectances at the pairs, (k, pairs)."""
         if self._weights is None:
             return np.asarray((f_r * self._cosine).T)
         views, _, count = self._weights.shape
@@ -169,7 +170,7 @@ class _Pictures:
         return np.asarray(seen.reshape(-1, len(f_r)))
 
     def error(self, table: Vector, equations: _Equations | None = None) -> float:
-        """Mean squared error of a mixture, which is added to `equations`."""
+        """Mean squared error of a mixture; its equations are added to `equations`."""
         local = self._pairs.local(table)
         basis = self._pairs.basis(local, equations is not None)
         total = 0.0
@@ -191,7 +192,7 @@ class _Pictures:
 
 
 class _Problem:
-    """Errors of mixtures as a function of the numbers at the nodes, of shape (nodes, rows)."""
+    """The error of mixtures as a function of the numbers at the nodes, shape (nodes, rows)."""
 
     def __init__(self, brdf: Brdf, seed: int, *, rough: bool = False) -> None:
         (count, directions, lights), size = (
@@ -207,9 +208,7 @@ class _Problem:
             *(_Pictures(brdf, *pairs) for pairs in spheres),
         ]
         low, high = (
-            np.tile(
-                [getattr(t, end) for t in Closures.tables for _ in range(t.rows)], (len(NODES), 1)
-            )
+            np.tile([getattr(t, end) for t in TABLES for _ in range(t.rows)], (len(NODES), 1))
             for end in ("low", "high")
         )
         nodes = np.asarray(NODES)
@@ -218,7 +217,7 @@ class _Problem:
         self.low, self.high = low, high
 
     def value(self, table: Vector) -> float:
-        """What is brought to a minimum."""
+        """The value to minimize."""
         errors = (kind.error(table) for kind in self.kinds)
         logs = (w * math.log(e + _FLOOR) for w, e in zip(_WEIGHTS, errors, strict=True))
         return sum(logs) + _SMOOTH * float((np.diff(_even(table)[0], axis=0) ** 2).sum())
@@ -235,7 +234,7 @@ class _Problem:
         return gradient.reshape(size), curvature.reshape(size, size)
 
     def minimum(self, table: Vector, steps: int) -> tuple[float, Vector]:
-        """The value at the minimum near a start, and the numbers there."""
+        """The minimum near a start, and the numbers there."""
         x = np.clip(table, self.low, self.high)
         value, damping, still = self.value(x), 1e-2, 0
         for _ in range(steps):
@@ -257,7 +256,7 @@ class _Problem:
         return value, x
 
     def _step(self, x: Vector, gradient: Vector, curvature: Vector, damping: float) -> Vector:
-        """A damped step, along the bounds where it would lead out of them."""
+        """A damped step that follows the bounds instead of crossing them."""
         low, high, flat = self.low.reshape(-1), self.high.reshape(-1), x.reshape(-1)
         diagonal = np.diag(curvature)
         damped = curvature + np.diag(damping * (diagonal + 1e-7 * diagonal.max()))
@@ -274,7 +273,7 @@ class _Problem:
 
 
 def _even(table: Vector) -> tuple[Vector, Vector]:
-    """Numbers on scales where steps count alike, and derivatives: logarithms of all but bends."""
+    """Numbers on scales where steps count alike (logarithms, except bends), and derivatives."""
     shifted = table + np.where(_IS_COLOR, 0.02, 1e-9)
     log = np.log(np.where(_IS_BEND, 1.0, shifted))
     return np.where(_IS_BEND, table, log), 1.0 / np.where(_IS_BEND, 1.0, shifted)
@@ -295,13 +294,14 @@ def _smoothness(table: Vector) -> tuple[Vector, Vector]:
 
 
 def fit_closures(
-    brdf: Brdf, seed: int, report: Progress
+    model: Callable[..., Brdf], brdf: Brdf, seed: int, report: Progress
 ) -> tuple[dict[str, Any], dict[str, float]]:
-    """Values of :class:`nacre.standard.closures.Closures` of a reflectance, and facts about them.
+    """Values of :class:`nacre.standard.closures.Closures` for a reflectance, and facts about the
+    fit.
 
-    Where the reflectance keeps energy, so does the mixture at the nodes and midway: colors are
-    scaled down where more than all light would come back. Raises NacreError if hardly any of it is
-    known.
+    `model` is that class. If the reflectance conserves energy, so does the mixture at the nodes and
+    midway: colors are scaled down where it would reflect more light than it receives. Raises
+    NacreError if hardly any value of the reflectance is known.
     """
     rough = _Problem(brdf, seed + 1, rough=True)
     found = []
@@ -310,7 +310,7 @@ def fit_closures(
         report("fitting", k + 1, len(_STARTS) + 1, "")
     problem = _Problem(brdf, seed)
     table = problem.minimum(min(found, key=lambda each: each[0])[1], _ALL)[1]
-    table, albedo = _keeping_energy(brdf, table)
+    table, albedo = _keeping_energy(model, brdf, table)
     views, front, _ = (-10.0 * math.log10(kind.error(table) + 1e-12) for kind in problem.kinds)
     report("fitting", len(_STARTS) + 1, len(_STARTS) + 1, f"{views:.1f} / {front:.1f} dB")
     facts = {"views_psnr": views, "directional_psnr": front, "max_albedo": albedo}
@@ -318,33 +318,31 @@ def fit_closures(
 
 
 def _start(roughness: tuple[float, ...]) -> Vector:
-    """Gray lobes of constant roughness over a gray base."""
+    """Gray lobes with constant roughness over a gray base."""
     row = np.where(_IS_COLOR, 0.1, 0.0)
     for columns, each in zip(_SHAPES, roughness, strict=True):
         row[columns] = each
     return np.tile(row, (len(NODES), 1))
 
 
-def _keeping_energy(brdf: Brdf, table: Vector) -> tuple[Vector, float]:
-    """Numbers with which no view reflects more than 1, unless the reflectance itself does; and the
-    largest albedo then.
-    """
-    nodes = np.maximum(NODES, 0.02)  # views along the surface see nothing
+def _keeping_energy(model: Callable[..., Brdf], brdf: Brdf, table: Vector) -> tuple[Vector, float]:
+    """Numbers with which no view reflects more than 1, unless the reflectance does; the albedo."""
+    nodes = np.maximum(NODES, 0.02)  # views along the surface show nothing
     facing = np.sort(np.concatenate([nodes, 0.5 * (nodes[1:] + nodes[:-1])]))
     angles = np.stack([np.arccos(facing), np.zeros_like(facing)])
     limit = np.maximum(albedos(brdf, angles, 16), 1.0)
 
     def scale() -> Vector:
-        seen = albedos(Closures(**_values(table)), angles, 16)
+        seen = albedos(model(**_values(table)), angles, 16)
         return np.asarray(np.minimum(limit / np.maximum(seen, 1e-6), 1.0).min(axis=1))
 
     table = np.where(_IS_COLOR, table * scale()[::2, None], table)
     between = np.concatenate([[1.0], scale()[1::2], [1.0]])
     table = np.where(_IS_COLOR, table * np.minimum(between[1:], between[:-1])[:, None], table)
-    return table, float(albedos(Closures(**_values(table)), angles, 16).max())
+    return table, float(albedos(model(**_values(table)), angles, 16).max())
 
 
 def _values(table: Vector) -> dict[str, Any]:
-    ends = np.cumsum([t.rows for t in Closures.tables])[:-1]
+    ends = np.cumsum([t.rows for t in TABLES])[:-1]
     parts = np.split(table.T, ends)
-    return {t.name: part.tolist() for t, part in zip(Closures.tables, parts, strict=True)}
+    return {t.name: part.tolist() for t, part in zip(TABLES, parts, strict=True)}

@@ -1,9 +1,9 @@
-"""Interference in a thin film, as Cycles has it: three orders, on dielectrics and on metals.
+"""Interference in a thin film as in Cycles: three orders, on dielectrics and on metals.
 
 Belcour and Barla 2017, "A Practical Extension to Microfacet Theory for the Modeling of Varying
 Iridescence", equations 6 to 10, in the form of Blender 5.0 (intern/cycles/kernel/closure/
-bsdf_util.h, `fresnel_iridescence`): the spectrum enters by the Fourier transforms of Rec. 709
-matching functions, each of which is 1 where the path difference is 0.
+bsdf_util.h, `fresnel_iridescence`): the spectrum enters through the Fourier transforms of the
+matching functions for Rec. 709, each of which is 1 at a path difference of 0.
 """
 
 from __future__ import annotations
@@ -30,16 +30,10 @@ of the CIE 1931 functions in linear Rec. 709, each over its area: 0.3 % off at m
 
 
 class Film:
-    """A film in air under light of one angle, to be laid on something.
+    """A film in air under light at one angle, to be put on a material.
 
-    Parameters
-    ----------
-    thickness
-        In nanometers, at least 1.
-    index
-        Refractive index, at least 1.
-    cosine
-        Between light and normal.
+    The thickness in nanometers and the refractive index are at least 1; the cosine is that between
+    light and normal.
     """
 
     def __init__(self, thickness: Array, index: Array, cosine: Array) -> None:
@@ -50,7 +44,7 @@ class Film:
         self._fringes = _fringes((2.0 * thickness) * index * self._inside)
 
     def on_dielectric(self, index: Array) -> Components:
-        """Reflectance in red, green and blue, with what has a refractive index of at least 1."""
+        """Reflectance in red, green and blue over a dielectric with an index of at least 1."""
         relative = index / self._index
         sine = (1.0 - self._inside * self._inside) / (relative * relative)
         below = self._xp.sqrt(self._xp.maximum(1.0 - sine, 1e-12))
@@ -62,7 +56,7 @@ class Film:
             through = 1.0 - outer
             all_orders = through * through * b * b / (1.0 - round_trip * round_trip)
             base = base + 0.5 * (outer + all_orders)
-            # Both polarizations count half, and each order twice.
+            # Each polarization has weight 1/2, and each order 2.
             weight = all_orders - through
             for k in range(_ORDERS):
                 weight = weight * round_trip
@@ -76,10 +70,10 @@ class Film:
         return red, green, blue
 
     def on_metal(self, channel: int, normal: Array, at_82: Array) -> Array:
-        """Reflectance in a channel, with a metal that has these reflectances in air: at normal
-        incidence and at 82 degrees.
+        """Reflectance in one channel over a metal, from its reflectances in air at 0 and 82
+        degrees.
 
-        Its complex index is that of Gulbrandsen 2014, "Artist Friendly Metallic Fresnel".
+        The metal's complex index follows Gulbrandsen 2014, "Artist Friendly Metallic Fresnel".
         """
         r = of_numbers("minimum", normal, 0.999)
         root = of_numbers("sqrt", r)
@@ -110,9 +104,11 @@ class Film:
         return self._clipped(total)
 
     def _phasors(self, n: Array, k: Array, film2: Array) -> list[tuple[Array, Array]]:
-        """Of light that a metal reflects inside the film, parallel and perpendicular: the cosine
-        and the sine of its phase, which the amplitude of the film's upper side makes one of the
-        round trip (Born and Wolf, "Principles of Optics", section 14.4.1).
+        """Cosine and sine of the phase of light that a metal reflects inside the film, by
+        polarization.
+
+        Parallel, then perpendicular; multiplied by the amplitude at the film's upper side, this is
+        the phase of the round trip (Born and Wolf, "Principles of Optics", section 14.4.1).
         """
         xp, cosine = self._xp, self._inside
         difference, product = n * n - k * k, 2.0 * n * k
@@ -135,8 +131,9 @@ class Film:
 
 
 def _fringes(path: Array) -> list[tuple[Components, Components]]:
-    """Of each order, the real and the imaginary part of what the matching functions make of the
-    phase that a path difference in nanometers gives it.
+    """For each order, the matching functions' response to a path difference in nanometers.
+
+    It has a real and an imaginary part for each channel.
     """
     xp = namespace(path)
     micrometers = 1e-3 * path

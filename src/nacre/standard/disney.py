@@ -2,7 +2,7 @@
 
 Burley 2012, "Physically Based Shading at Disney", and 2015, "Extending the Disney BRDF to a BSDF
 with Integrated Subsurface Scattering": section 5.3 and the course notes' appendix for the diffuse
-lobes. Masking is separable, the coat's facets are GTR1 of Mitsuba's range of gloss.
+lobes. Masking is separable; the coat's facets are GTR1 with Mitsuba's range of gloss.
 """
 
 from __future__ import annotations
@@ -16,39 +16,34 @@ from nacre.array import Array, Components, namespace
 from nacre.color import luminance
 from nacre.geometry import dot, half_vector
 from nacre.sampling.visible_normals import MIN_ROUGHNESS, distribution, stretched_length
-from nacre.standard.parameter_math import of_numbers
+from nacre.standard.parameter_math import GRAZING, color_parameter, fraction, of_numbers
 
-_GRAZING = 1e-6  # cosine of directions that are lower: there results are ignored
 _COAT_NORMAL = 0.04  # the coat's reflectance at normal incidence
-_COAT_MASKING = 0.25  # roughness of what masks it
-
-
-def _weight(name: str, start: tuple[float, float] = (0.05, 0.95)) -> Parameter:
-    return Parameter(name, 0.0, 1.0, start)
+_COAT_MASKING = 0.25  # roughness in its masking
 
 
 class Disney(AnalyticBrdf):
-    """Mitsuba's `principled` without anisotropy; parameters have its names."""
+    """Mitsuba's `principled` without anisotropy; parameters have the same names."""
 
     model = "disney"
     fitted_on: ClassVar[Literal["samples", "pictures"]] = "pictures"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("base_color", 0.0, 1.0, (0.02, 0.9), color=True),
-        _weight("metallic"),
-        _weight("roughness", (0.1, 0.8)),
+        color_parameter("base_color"),
+        fraction("metallic"),
+        fraction("roughness", (0.1, 0.8)),
         Parameter("eta", 1.0, 4.0, (1.3, 1.8)),
-        _weight("spec_tint"),
-        _weight("flatness"),
-        _weight("sheen", (0.02, 0.5)),
-        _weight("sheen_tint"),
-        _weight("clearcoat"),
-        _weight("clearcoat_gloss"),
+        fraction("spec_tint"),
+        fraction("flatness"),
+        fraction("sheen", (0.02, 0.5)),
+        fraction("sheen_tint"),
+        fraction("clearcoat"),
+        fraction("clearcoat_gloss"),
     )
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
         xp = namespace(*wi, *wo)
-        wi, wo = ((w[0], w[1], xp.maximum(w[2], _GRAZING)) for w in (wi, wo))
+        wi, wo = ((w[0], w[1], xp.maximum(w[2], GRAZING)) for w in (wi, wo))
         h = half_vector(wi, wo)
         cosine = xp.minimum(dot(wi, h), 1.0)
         rise = _rise(cosine)
@@ -77,7 +72,7 @@ class AnisotropicDisney(Disney):
 
     model = "disney-anisotropic"
     isotropic = False
-    parameters = (*Disney.parameters, _weight("anisotropic", (0.1, 0.8)))
+    parameters = (*Disney.parameters, fraction("anisotropic", (0.1, 0.8)))
 
 
 def _axes(values: Values) -> tuple[Array, Array]:
@@ -98,17 +93,17 @@ def _rise(cosine: Array) -> Array:
 
 
 def _facets(wi: Components, wo: Components, h: Components, alpha: tuple[Array, Array]) -> Array:
-    """f_r in 1/sr of GGX facets that reflect all, each direction masked alone."""
+    """f_r in 1/sr for GGX facets that reflect everything; each direction is masked separately."""
     masked = (wi[2] + stretched_length(wi, alpha)) * (wo[2] + stretched_length(wo, alpha))
     return distribution(h, alpha) / masked
 
 
 def _coat(gloss: Array, wi: Components, wo: Components, h: Components, rise: Array) -> Array:
-    """f_r in 1/sr of the coat, whose scale is Disney's."""
+    """f_r in 1/sr for the coat, with Disney's scale."""
     alpha = 0.1 + (0.001 - 0.1) * gloss
     square = alpha * alpha
     scale = (square - 1.0) / (math.pi * of_numbers("log", square))
-    # 1 + (alpha^2 - 1) h_z^2 without the difference of what is nearly the same
+    # 1 + (alpha^2 - 1) h_z^2 without cancellation
     facets = scale / (h[0] * h[0] + h[1] * h[1] + square * h[2] * h[2])
     masks = [
         2.0 * w[2] / (w[2] + stretched_length(w, (_COAT_MASKING, _COAT_MASKING))) for w in (wi, wo)
@@ -117,7 +112,7 @@ def _coat(gloss: Array, wi: Components, wo: Components, h: Components, rise: Arr
 
 
 def _diffuse(values: Values, wi: Components, wo: Components, cosine: Array) -> Array:
-    """f_r in 1/sr of a white base: diffuse and retro-reflection, or a flatter lobe."""
+    """f_r in 1/sr for a white base: diffuse and retro-reflection, or a flatter lobe."""
     light, view = _rise(wi[2]), _rise(wo[2])
     back = 2.0 * values["roughness"] * cosine * cosine
     rough = (1.0 - 0.5 * light) * (1.0 - 0.5 * view) + back * (

@@ -1,6 +1,6 @@
-"""Directional albedos of GGX microfacets, in the tables by which Cycles layers its closures.
+"""Directional albedos of GGX microfacets, in the tables that Cycles uses to layer its closures.
 
-Averages over the normals that a direction sees, by quadrature: of the masking of what is reflected
+These are averages over the normals that a direction sees, by quadrature: of masking in reflection
 (Heitz 2018, "Sampling the GGX Distribution of Visible Normals", equation 19), and of the Fresnel
 reflectance.
 """
@@ -23,8 +23,9 @@ _ALBEDO_NODES, _FRESNEL_NODES, _BINS = 32, 16, 512
 
 @cache
 def albedo_table() -> Table:
-    """Albedo of facets that reflect all, in [0, 1]: axes roughness (the root of alpha) and cosine,
-    each from 0 to 1.
+    """Albedo of facets that reflect everything, in [0, 1].
+
+    The axes are roughness (the root of alpha) and cosine, each from 0 to 1.
     """
     return Table(_albedo(_nodes(_ALBEDO_NODES), _nodes(_ALBEDO_NODES)))
 
@@ -39,13 +40,13 @@ def mean_albedo_table() -> Table:
 
 @cache
 def fresnel_table() -> Table:
-    """How far a dielectric's mean Fresnel reflectance over visible normals, of those that do not
-    mirror below the horizon, lies between that at normal incidence and 1.
+    """Where a dielectric's mean Fresnel reflectance lies between that at normal incidence and 1.
 
-    Axes roughness, cosine and sqrt((n - 1) / (n + 1)), n the refractive index, each from 0 to 1.
+    The mean is over visible normals, except those that mirror below the horizon. The axes are
+    roughness, cosine and sqrt((n - 1) / (n + 1)) for the refractive index n, each from 0 to 1.
     """
     rough = cosine = _nodes(_FRESNEL_NODES)
-    # The mean is a product of a histogram of cosines with facets and the reflectance of those.
+    # The mean is the product of a histogram of cosines with facets and their reflectance.
     edges = np.linspace(0.0, 1.0, _BINS + 1)
     counts = np.zeros((len(rough), len(cosine), _BINS + 1))
     for i, alpha in enumerate(rough**2):
@@ -74,10 +75,10 @@ def _middles(count: int) -> npt.NDArray[np.float64]:
 def _reflected(
     alpha: float, cosine: npt.NDArray[np.float64], count: int
 ) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Directions mirrored about the visible normals of each cosine, evenly many of each.
+    """Directions mirrored at evenly chosen visible normals, for each cosine.
 
-    Whether they go below the horizon, the cosine with the facet, and the fraction that is not
-    masked: shape (cosines, normals).
+    Returns whether they go below the horizon, the cosine with the facet, and the fraction that is
+    not masked, all of shape (cosines, normals).
     """
     u, v = (x.reshape(-1) for x in np.meshgrid(_middles(count), 0.5 * _middles(count // 2)))
     z = cosine[:, None]
@@ -94,5 +95,5 @@ def _reflected(
 def _albedo(
     rough: npt.NDArray[np.float64], cosine: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.float64]:
-    """Albedo, shape (roughnesses, cosines)."""
+    """Shape (roughnesses, cosines)."""
     return np.stack([_reflected(r * r, cosine, 64)[2].mean(axis=1) for r in rough])

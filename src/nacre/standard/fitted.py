@@ -1,4 +1,4 @@
-"""Any reflectance as a material of one model, which is what a file format or tool can hold."""
+"""Any reflectance as a material of one model, for file formats and tools that hold only that."""
 
 from __future__ import annotations
 
@@ -16,22 +16,16 @@ Model = TypeVar("Model", bound=AnalyticBrdf)
 
 
 def fitted(brdf: Brdf, model: type[Model], progress: Progress | None = None) -> Model:
-    """The material itself where it is one of the model, else the fit of the model to it.
+    """The material itself if it is one of the model, else the model fitted to it.
 
-    Parameters
-    ----------
-    brdf
-        Any reflectance.
-    model
-        Class of the model; to anisotropic reflectance its variant is fitted that
-        :data:`nacre.analytic.MODELS` has with "-anisotropic" behind the name, where there is one.
-    progress
-        Called as the fit goes on.
+    If the reflectance is anisotropic, the fit uses the variant that :data:`nacre.analytic.MODELS`
+    lists as the model's name with "-anisotropic", if there is one. Progress is called during the
+    fit.
 
     Raises
     ------
     NacreError
-        If the model cannot be fitted to it.
+        If the model cannot be fitted.
     """
     if isinstance(brdf, model):
         return brdf
@@ -47,12 +41,9 @@ def write_fitted(
     encode: Callable[[Model], bytes],
     progress: Progress | None = None,
 ) -> None:
-    """Write a reflectance to a file of one model, as :func:`fitted` gives it.
+    """Write a reflectance, as :func:`fitted` returns it, to a file that holds one model.
 
-    Raises
-    ------
-    FormatError
-        If the path is bad, or the model cannot be fitted.
+    Raises FormatError if the path is bad, or the model cannot be fitted.
     """
     try:
         material = fitted(brdf, model, progress)

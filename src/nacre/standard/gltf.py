@@ -1,19 +1,19 @@
-"""The material of glTF 2.0 with its ratified extensions of reflection.
+"""The material of glTF 2.0 with its ratified extensions for reflection.
 
 Metallic-roughness as in appendix B of the specification, with KHR_materials_ior, _specular,
-_iridescence, _anisotropy, _sheen and _clearcoat; parameters have the names that a file gives them.
-From the inside out, with w = (1 - v.h)^5 and the facets of GGX that reflect all (f_s),
+_iridescence, _anisotropy, _sheen and _clearcoat; parameters are named as in files. From the inside
+out, with w = (1 - v.h)^5 and GGX facets that reflect everything (f_s),
 
     dielectric = (1 - F_d) baseColor / pi + F_d f_s,   F_d = f0 + (specular - f0) w,
     metal      = F_m f_s,                              F_m = baseColor + (1 - baseColor) w,
     base       = dielectric + metallic (metal - dielectric),
     velvet     = sheenColor f_c + (1 - max(sheenColor) max(E(v.n), E(l.n))) base,
-    coated     = velvet + clearcoat F(v.n) (f_coat - velvet),
+    coated     = velvet + clearcoat F(v.n) (f_coat - velvet).
 
-where a film's reflectance takes the place of F_d and F_m by its fraction; below it is 1 less the
-largest channel. The film and the coat see the angle of the viewer, as the extensions say and
-viewers do: exchanging the directions changes them. The text of KHR_materials_specular has the
-largest channel of F_d in 1 - F_d too; the viewers of Khronos and of three.js have each channel's.
+A film's reflectance replaces F_d and F_m by its fraction; below it remains 1 minus the largest
+channel. The film and the coat use the angle of the viewer, as in the extensions and in viewers, so
+exchanging the directions changes them. KHR_materials_specular has the largest channel of F_d in
+1 - F_d too; the viewers of Khronos and of three.js use each channel's own, as here.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ from nacre.standard.parameter_math import largest, of_numbers
 from nacre.standard.sheen import charlie, charlie_albedo
 
 MAX_INDEX = 5.0  # germanium has 4; the specification sets no limit
-MAX_SPECULAR_COLOR = 25.0  # at the index 1.5, what reflects all; the specification sets no limit
+MAX_SPECULAR_COLOR = 25.0  # total reflection at index 1.5; the specification sets no limit
 MAX_THICKNESS = 1e4  # nm, far beyond where interference shows; the specification sets no limit
 
-_THINNEST = 0.03  # nm; viewers show no film of no thickness
+_THINNEST = 0.03  # nm; below, viewers fade the film out
 _COAT = 0.04  # reflectance of a coat of index 1.5
 
 
@@ -75,8 +75,9 @@ class Gltf(AnalyticBrdf):
 
 
 class AnisotropicGltf(Gltf):
-    """:class:`Gltf` whose base is rougher along an axis, by `anisotropyStrength`; the axis is
-    rotated by `anisotropyRotation` (radians) from +x toward +y.
+    """:class:`Gltf` with a base that is rougher along an axis, by `anisotropyStrength`.
+
+    `anisotropyRotation` (radians) rotates the axis from +x toward +y.
     """
 
     model = "gltf-anisotropic"
@@ -91,7 +92,7 @@ class AnisotropicGltf(Gltf):
 
 
 def dielectric_reflectance(values: Values) -> tuple[Array, Array, Array]:
-    """f0 of the dielectric, without `specularFactor` (KHR_materials_specular, "Implementation")."""
+    """f0 of the dielectric without `specularFactor` (KHR_materials_specular, "Implementation")."""
     root = (values["ior"] - 1.0) / (values["ior"] + 1.0)
     red, green, blue = (
         of_numbers("minimum", root * root * color, 1.0) for color in values["specularColorFactor"]
@@ -130,7 +131,7 @@ def _base(values: Values, h: Components, wi: Components, wo: Components) -> Comp
 def _velvet(
     values: Values, base: Components, h: Components, wi: Components, wo: Components
 ) -> Components:
-    """Sheen over the base, which gets what is left."""
+    """Sheen over the base, which gets the remaining light."""
     color, roughness = values["sheenColorFactor"], values["sheenRoughnessFactor"]
     fibers = charlie(h, wi, wo, roughness * roughness)
     taken = charlie_albedo(namespace(*wi, *wo).minimum(wi[2], wo[2]), roughness)
@@ -144,7 +145,7 @@ def _alpha(roughness: Array) -> Array:
 
 
 def _alphas(values: Values) -> tuple[Array, Array]:
-    """Roughnesses of the base along and across its axis."""
+    """Roughness of the base along and across its axis."""
     alpha = _alpha(values["roughnessFactor"])
     if "anisotropyStrength" not in values:
         return alpha, alpha

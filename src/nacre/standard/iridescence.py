@@ -1,10 +1,10 @@
-"""Reflectance of a thin film on a base, as glTF's extension has it.
+"""Reflectance of a thin film on a base, as in glTF's extension.
 
 KHR_materials_iridescence (section "Iridescence Fresnel") simplifies Belcour and Barla 2017 ("A
 Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence", section 4): no
-polarization, both interfaces by Schlick's approximation, a base without absorption, two orders of
-interference. A reflection off a denser medium shifts the phase by half a wave and one off a thinner
-medium does not, so that every shift is a sign.
+polarization, Schlick's approximation at both interfaces, a base without absorption, two orders of
+interference. Reflection off a denser medium shifts the phase by half a wave and off a thinner
+medium does not, so every shift is a sign.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from nacre.analytic.fresnel import schlick
 from nacre.array import Array, Components, namespace
 from nacre.color import xyz_to_rgb
 from nacre.standard.parameter_math import of_numbers
-from nacre.standard.thin_film import fringes
+from nacre.standard.thin_film import fringes, refracted
 
 _TO_RGB = xyz_to_rgb(np.eye(3)).T.tolist()
 _MAX_BASE = 0.9999  # reflectance of a base whose refractive index is finite
@@ -34,10 +34,10 @@ class Film:
     outer
         Reflectance of its outer side.
     inner_cosine
-        Of the angle between the normal and the refracted direction.
+        Between the normal and the refracted direction.
     waves
-        Sensitivities X, Y and Z to the differences of paths that light takes which crosses the film
-        once and twice more.
+        Sensitivities X, Y and Z to path differences, for light that crosses the film once and twice
+        more.
     """
 
     index: Array
@@ -47,16 +47,14 @@ class Film:
 
     @classmethod
     def seen(cls, index: Array, thickness: Array, cosine: Array) -> Film:
-        """A film of a thickness in nm, seen at an angle from the normal given by its cosine."""
-        xp = namespace(cosine)
-        sine2 = (1.0 - cosine * cosine) / (index * index)
-        inner = xp.sqrt(xp.maximum(1.0 - sine2, 1e-12))
+        """A film with a thickness in nm, seen at an angle from the normal given by its cosine."""
+        inner = refracted(cosine, index)
         normal = ((index - 1.0) / (index + 1.0)) ** 2
         outer = schlick(cosine, (normal, normal, normal))[0]
         return cls(index, outer, inner, fringes(2e-3 * index * thickness * inner))
 
     def reflectance(self, base: tuple[Array, Array, Array]) -> Components:
-        """That of the film on a base whose reflectance in air at normal incidence is given."""
+        """Reflectance on a base, given the base's reflectance in air at normal incidence."""
         xp = namespace(self.outer)
         roots = [
             of_numbers("sqrt", of_numbers("minimum", of_numbers("maximum", f, 1e-8), _MAX_BASE))

@@ -1,4 +1,4 @@
-"""Tables on regular grids, read as renderers read them: linearly along every axis."""
+"""Tables on regular grids, read as renderers do: linearly along every axis."""
 
 from __future__ import annotations
 
@@ -13,16 +13,10 @@ from nacre.array import Array, Table, Weights, namespace
 def interpolate(table: Table, *coordinates: Array) -> Array:
     """The value of a table between its nodes, constant beyond its ends.
 
-    Axes whose coordinate is a plain number are read in NumPy, once: of a material with constant
-    parameters a curve is left. In compiled code and exports that is a sum of ramps, which languages
-    without arrays have, too.
-
-    Parameters
-    ----------
-    table
-        With one axis a coordinate, of 2 nodes or more, the last of them fastest.
-    *coordinates
-        From 0, the first node, to 1, the last.
+    The table has an axis of at least 2 nodes for each coordinate, with the last axis fastest; a
+    coordinate is 0 at the first node and 1 at the last. Axes with plain numbers as coordinates are
+    read once, in NumPy: for a material with constant parameters this leaves a curve. In compiled
+    code and exports that is a sum of ramps, which languages without arrays can write, too.
     """
     plain = tuple((k, c) for k, c in enumerate(coordinates) if type(c) in (float, int))
     if plain:
@@ -50,7 +44,7 @@ def interpolate(table: Table, *coordinates: Array) -> Array:
 
 
 def _ramps(values: Weights, coordinate: Array) -> Array:
-    """A curve of straight lines, as the sum of what its slope changes by from each node on."""
+    """A piecewise linear curve, as the sum of the changes of its slope from each node on."""
     xp = namespace(coordinate)
     last = len(values) - 1
     scaled = xp.minimum(xp.maximum(coordinate, 0.0), 1.0) * float(last)
@@ -63,7 +57,7 @@ def _ramps(values: Weights, coordinate: Array) -> Array:
 
 @lru_cache(maxsize=256)
 def _sliced(table: Table, plain: tuple[tuple[int, float], ...]) -> Table:
-    """What is left of a table at coordinates of some axes."""
+    """The rest of a table at fixed coordinates along some axes."""
     found = table.values.astype(np.float64)
     for axis, coordinate in reversed(plain):
         scaled = min(max(coordinate, 0.0), 1.0) * (found.shape[axis] - 1)

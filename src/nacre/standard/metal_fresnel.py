@@ -1,7 +1,7 @@
 """Reflectance of metals with a dip near grazing angles.
 
 Kutz, Hasan and Edmondson 2021, "Novel aspects of the Adobe Standard Material": Schlick's
-approximation less a term that is largest at 82 degrees.
+approximation minus a term that is largest at 82 degrees.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ _SCALE = 1.0 / (_COSINE * (1.0 - _COSINE) ** 6)
 
 
 def metal_at_82(normal: Array) -> Array:
-    """Schlick's reflectance at 82 degrees, of that at normal incidence."""
+    """Schlick's reflectance at 82 degrees, from that at normal incidence."""
     return normal + (1.0 - normal) * _RISE
 
 
 def metal_dip(normal: Array, at_82: Array) -> Array:
-    """Size of the term that takes the reflectance at 82 degrees to a value."""
+    """Size of the term that lowers the reflectance at 82 degrees to a value."""
     return (metal_at_82(normal) - at_82) * _SCALE
 
 

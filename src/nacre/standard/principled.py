@@ -1,13 +1,13 @@
-"""Blender's Principled BSDF as Cycles evaluates it: what it reflects.
+"""The reflection of Blender's Principled BSDF, as Cycles evaluates it.
 
 From the top: sheen, a coat, and a mixture of metal with dielectric facets over a diffuse base. Each
-layer takes from those below what its albedo toward the viewer says, so exchanging light and viewer
+layer dims those below it according to its albedo toward the viewer, so exchanging light and viewer
 changes the value. Facets are GGX with the node's default distribution, Multiscatter GGX: lobes are
-scaled up to what facets scatter in all (Kulla and Conty 2017, "Revisiting Physically Based Shading
-at Imageworks"). Transmission, subsurface scattering and emission are left out.
+scaled up to all light that facets scatter (Kulla and Conty 2017, "Revisiting Physically Based
+Shading at Imageworks"). Transmission, subsurface scattering and emission are left out.
 
-Source: Blender 5.0, intern/cycles/kernel/svm/closure.h with closure/bsdf_microfacet.h,
-bsdf_util.h, bsdf_sheen.h and bsdf_oren_nayar.h.
+Source: Blender 5.0, intern/cycles/kernel/svm/closure.h with closure/bsdf_microfacet.h, bsdf_util.h,
+bsdf_sheen.h and bsdf_oren_nayar.h.
 """
 
 from __future__ import annotations
@@ -26,20 +26,11 @@ from nacre.standard.cycles_film import Film
 from nacre.standard.facet_albedo import albedo_table, fresnel_table, mean_albedo_table
 from nacre.standard.lookup import interpolate
 from nacre.standard.metal_fresnel import mean_metal, metal, metal_at_82, metal_dip
-from nacre.standard.parameter_math import largest, of_numbers
+from nacre.standard.parameter_math import GRAZING, color_parameter, fraction, largest, of_numbers
 from nacre.standard.rough_diffuse import rough_diffuse
 from nacre.standard.sheen_ltc import ltc_sheen
 
-_GRAZING = 1e-6  # cosine of directions that are lower: there results are ignored
-_BRIGHTEST = 0.99  # reflectance at normal incidence that an index is found for
-
-
-def _weight(name: str, start: tuple[float, float] = (0.05, 0.95)) -> Parameter:
-    return Parameter(name, 0.0, 1.0, start)
-
-
-def _color(name: str, start: tuple[float, float]) -> Parameter:
-    return Parameter(name, 0.0, 1.0, start, color=True)
+_BRIGHTEST = 0.99  # highest reflectance at normal incidence that gets an index
 
 
 def _index(name: str) -> Parameter:
@@ -49,28 +40,27 @@ def _index(name: str) -> Parameter:
 class Principled(AnalyticBrdf):
     """The Principled BSDF without anisotropy.
 
-    Parameters are the node's inputs, in the ranges of their sliders; those of indices end at 4, as
-    the coat's does. Roughnesses below 0.032 reflect as that does, where float32 directions still
-    resolve the lobe.
+    Parameters are the node's inputs, in the ranges of their sliders; indices end at 4, as for the
+    coat. Roughnesses below 0.032 act like 0.032, where float32 directions still resolve the lobe.
     """
 
     model = "principled"
     fitted_on: ClassVar[Literal["samples", "pictures"]] = "pictures"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        _color("base_color", (0.02, 0.9)),
-        _weight("metallic"),
-        _weight("roughness", (0.1, 0.8)),
+        color_parameter("base_color"),
+        fraction("metallic"),
+        fraction("roughness", (0.1, 0.8)),
         _index("ior"),
-        _weight("specular_ior_level", (0.3, 0.7)),
-        _color("specular_tint", (0.5, 1.0)),
-        _weight("diffuse_roughness"),
-        _weight("coat_weight"),
-        _weight("coat_roughness", (0.05, 0.5)),
+        fraction("specular_ior_level", (0.3, 0.7)),
+        color_parameter("specular_tint", (0.5, 1.0)),
+        fraction("diffuse_roughness"),
+        fraction("coat_weight"),
+        fraction("coat_roughness", (0.05, 0.5)),
         _index("coat_ior"),
-        _color("coat_tint", (0.6, 1.0)),
-        _weight("sheen_weight", (0.02, 0.5)),
-        _weight("sheen_roughness", (0.2, 0.9)),
-        _color("sheen_tint", (0.5, 1.0)),
+        color_parameter("coat_tint", (0.6, 1.0)),
+        fraction("sheen_weight", (0.02, 0.5)),
+        fraction("sheen_roughness", (0.2, 0.9)),
+        color_parameter("sheen_tint", (0.5, 1.0)),
     )
 
     @staticmethod
@@ -79,7 +69,7 @@ class Principled(AnalyticBrdf):
         if "anisotropic" in values:
             angle = (-2.0 * math.pi) * values["anisotropic_rotation"]
             wi, wo = rotate(wi, angle), rotate(wo, angle)
-        wi, wo = ((w[0], w[1], xp.maximum(w[2], _GRAZING)) for w in (wi, wo))
+        wi, wo = ((w[0], w[1], xp.maximum(w[2], GRAZING)) for w in (wi, wo))
         layers = _Layers(wi, wo)
         layers.sheen(values)
         layers.coat(values)
@@ -89,16 +79,17 @@ class Principled(AnalyticBrdf):
 
 
 class AnisotropicPrincipled(Principled):
-    """The Principled BSDF with `anisotropic` and `anisotropic_rotation`: turns of the tangent from
-    +x toward +y.
+    """The Principled BSDF with `anisotropic` and `anisotropic_rotation`.
+
+    The rotation is in turns of the tangent from +x toward +y.
     """
 
     model = "principled-anisotropic"
     isotropic = False
     parameters = (
         *Principled.parameters,
-        _weight("anisotropic", (0.1, 0.8)),
-        _weight("anisotropic_rotation"),
+        fraction("anisotropic", (0.1, 0.8)),
+        fraction("anisotropic_rotation"),
     )
 
 
@@ -106,7 +97,7 @@ _FILM = (Parameter("thin_film_thickness", 1.0, 2000.0, (100.0, 800.0)), _index("
 
 
 class FilmPrincipled(Principled):
-    """The Principled BSDF with a thin film on it, whose thickness is in nanometers."""
+    """The Principled BSDF with a thin film, whose thickness is in nanometers."""
 
     model = "principled-film"
     parameters = (*Principled.parameters, *_FILM)
@@ -120,7 +111,7 @@ class AnisotropicFilmPrincipled(AnisotropicPrincipled):
 
 
 class _Layers:
-    """The sum of what layers reflect, from the top down, and what they leave of the light."""
+    """The sum of what layers reflect, from the top down, and the light that they leave."""
 
     def __init__(self, wi: Components, wo: Components) -> None:
         self.wi, self.wo, self.h = wi, wo, half_vector(wi, wo)
@@ -130,14 +121,14 @@ class _Layers:
         self.total: list[Array] = [0.0, 0.0, 0.0]
 
     def sheen(self, values: Values) -> None:
-        """Fibers over everything."""
+        """Fibers on top of everything."""
         lobe, albedo = ltc_sheen(self.wi, self.wo, values["sheen_roughness"])
         weights = [values["sheen_weight"] * tint for tint in values["sheen_tint"]]
         self._add(weight * lobe for weight in weights)
         self._cover([weight * albedo for weight in weights])
 
     def coat(self, values: Values) -> None:
-        """A dielectric, which takes its tint from the light below by the view's path in it."""
+        """A dielectric; its tint colors the light from below by the length of the view's path."""
         weight, index, roughness = (values[f"coat_{k}"] for k in ("weight", "ior", "roughness"))
         facets = _Facets(self.wi, self.wo, self.h, (roughness * roughness,) * 2)
         again = weight * facets.again(_mean_reflectance(index))
@@ -152,7 +143,7 @@ class _Layers:
             self._left[k] *= 1.0 - weight + weight * self._xp.exp(log / inside)
 
     def base(self, values: Values) -> None:
-        """Metal, or facets of a dielectric over what is diffuse; a film lies on both."""
+        """Metal, or dielectric facets over a diffuse base; a film covers both."""
         color, tints = values["base_color"], values["specular_tint"]
         facets = _Facets(self.wi, self.wo, self.h, _axes(values))
         film = _film(values, self._cosine)
@@ -169,7 +160,7 @@ class _Layers:
         first = [of_numbers("minimum", level * tint, 1.0) for tint in tints]
         again = [facets.again(f + (1.0 - f) * mean) for f in first]
         if film is None:
-            # Of high indices it is lowest at Brewster's angle.
+            # For high indices it is lowest at Brewster's angle.
             rise = self._xp.maximum((dielectric(self._cosine, index) - normal) * span, 0.0)
             rises = self._xp.minimum(rise, 1.0), facets.mean_rise(index)
             once, seen = ([f + (1.0 - f) * r for f in first] for r in rises)
@@ -183,7 +174,7 @@ class _Layers:
         self._add(rough_diffuse(color, values["diffuse_roughness"], self.wi, self.wo))
 
     def _metal(self, values: Values, facets: _Facets, film: Film | None) -> Iterable[Array]:
-        """Factors on the facets' lobe, a channel."""
+        """Factors for the facets' lobe, one per channel."""
         for k, (normal, tint) in enumerate(
             zip(values["base_color"], values["specular_tint"], strict=True)
         ):
@@ -196,27 +187,23 @@ class _Layers:
             yield values["metallic"] * once * facets.again(mean_metal(normal, dip))
 
     def _add(self, reflected: Iterable[Array]) -> None:
-        """Add f_r of a layer, a channel, of the light that is left."""
+        """Add a layer's f_r, one value per channel, for the light that is left."""
         self.total = [
             total + left * f_r
             for total, left, f_r in zip(self.total, self._left, reflected, strict=True)
         ]
 
     def _cover(self, albedo: list[Array]) -> None:
-        """Leave what a layer does not reflect of the channel that it reflects most of."""
+        """Leave what a layer does not reflect in the channel that it reflects most."""
         fraction = self._xp.maximum(1.0 - largest(tuple(albedo)), 0.0)
         self._left = [left * fraction for left in self._left]
 
 
 class _Facets:
-    """GGX facets that reflect all.
+    """GGX facets that reflect everything.
 
-    Attributes
-    ----------
-    lobe
-        f_r in 1/sr, of light that is scattered once.
-    albedo
-        Of the lobe toward the viewer.
+    `lobe` is f_r in 1/sr for light that is scattered once; `albedo` is that of the lobe toward the
+    viewer.
     """
 
     def __init__(
@@ -233,22 +220,23 @@ class _Facets:
         self._missing = (1.0 - self.albedo) / self.albedo
 
     def again(self, reflectance: Array) -> Array:
-        """Factor on the lobe for light that is scattered more than once, of a mean reflectance
-        (Kulla and Conty 2017, slide 16).
+        """Factor on the lobe for repeated scattering with a mean reflectance.
+
+        Kulla and Conty 2017, slide 16.
         """
         many = reflectance * self._mean / (1.0 - reflectance * (1.0 - self._mean))
         return 1.0 + many * self._missing
 
     def mean_rise(self, index: Array) -> Array:
-        """How far the reflectance that the viewer sees lies between that at normal incidence and 1,
-        of a dielectric.
+        """Where a dielectric's reflectance for the viewer lies between that at normal incidence and
+        1.
         """
         place = of_numbers("sqrt", (index - 1.0) / (index + 1.0))
         return interpolate(fresnel_table(), self._roughness, self._cosine, place)
 
 
 def _axes(values: Values) -> tuple[Array, Array]:
-    """Roughness alpha along the tangent and across it."""
+    """Roughness alpha along and across the tangent."""
     alpha = values["roughness"] * values["roughness"]
     if "anisotropic" not in values:
         return alpha, alpha
@@ -257,15 +245,17 @@ def _axes(values: Values) -> tuple[Array, Array]:
 
 
 def _film(values: Values, cosine: Array) -> Film | None:
-    """The film, under light of an angle; None in models without one."""
+    """The film under light at an angle; None in models without one."""
     if "thin_film_thickness" not in values:
         return None
     return Film(values["thin_film_thickness"], values["thin_film_ior"], cosine)
 
 
 def _scaled(reflectance: Components, first: list[Array], normal: Array) -> list[Array]:
-    """Reflectance of a film where the base has other reflectances at normal incidence than its
-    index says: scaled by their ratio, the less the closer it is to 1.
+    """Reflectance of a film over a base whose reflectance at normal incidence does not fit its
+    index.
+
+    It is scaled by the ratio of both, the less the closer it is to 1.
     """
     scaled = []
     for value, wanted in zip(reflectance, first, strict=True):

@@ -1,9 +1,9 @@
-"""Rough diffuse reflection that keeps energy: Oren and Nayar's model as improved by Fujii, and what
-facets scatter again (Portsmouth, Kutz and Hill 2024, "EON: A Practical Energy-Preserving Rough
-Diffuse BRDF", equations 12 and 14).
+"""Rough diffuse reflection that conserves energy.
 
-Renderers depart from the paper, each in its way. Colors are the albedo of what scatters, in [0, 1],
-and so is the roughness; 0 is Lambert's.
+This is Oren and Nayar's model as improved by Fujii, with light that facets scatter again
+(Portsmouth, Kutz and Hill 2024, "EON: A Practical Energy-Preserving Rough Diffuse BRDF", equations
+12 and 14). Renderers depart from the paper in different ways. Colors are the scatterers' albedo, in
+[0, 1], and so is the roughness; 0 is Lambert's model.
 """
 
 from __future__ import annotations
@@ -18,9 +18,7 @@ _MEAN = 2.0 / 3.0 - 28.0 / (15.0 * math.pi)
 
 
 def eon(color: Components, roughness: Array, wi: Components, wo: Components) -> Components:
-    """f_r in 1/sr as MaterialX has it (`mx_oren_nayar_diffuse_bsdf`): the cosine between the
-    directions is at least 0.
-    """
+    """f_r in 1/sr as in MaterialX (`mx_oren_nayar_diffuse_bsdf`), which clamps wi.wo at 0."""
     cosine = namespace(*wi, *wo).maximum(dot(wi, wo), 0.0)
     return _reflected(color, color, roughness, cosine, wi, wo)
 
@@ -28,8 +26,9 @@ def eon(color: Components, roughness: Array, wi: Components, wo: Components) -> 
 def rough_diffuse(
     color: Components, roughness: Array, wi: Components, wo: Components
 ) -> Components:
-    """f_r in 1/sr as Cycles has it (closure/bsdf_oren_nayar.h): what facets scatter again has the
-    color once more.
+    """f_r in 1/sr as in Cycles (closure/bsdf_oren_nayar.h).
+
+    Light that facets scatter again is multiplied by the color once more.
     """
     red, green, blue = (c * c for c in color)
     return _reflected(color, (red, green, blue), roughness, dot(wi, wo), wi, wo)
@@ -43,7 +42,7 @@ def _reflected(
     wi: Components,
     wo: Components,
 ) -> Components:
-    """f_r in 1/sr, where what facets scatter again is colored by `again`, too."""
+    """f_r in 1/sr; light that facets scatter again is also colored by `again`."""
     xp = namespace(*wi, *wo)
     s = cosine - wi[2] * wo[2]
     ratio = s / xp.where(s > 0.0, xp.maximum(wi[2], wo[2]), 1.0)
@@ -59,11 +58,11 @@ def _reflected(
 
 
 def _loss(cosine: Array) -> Array:
-    """What single scattering loses of its albedo in a direction, over roughness times scale."""
+    """The loss of albedo under single scattering, over roughness times scale."""
     xp = namespace(cosine)
     sine = xp.sqrt(xp.maximum(1.0 - cosine * cosine, 1e-12))
     angle = xp.arctan2(sine, cosine)
     g = sine * (angle - 2.0 / 3.0 - sine * cosine)
-    # sin (1 - sin^3) / cos without the difference that vanishes with the cosine
+    # sin (1 - sin^3) / cos without cancellation at small cosines
     g = g + (2.0 / 3.0) * sine * cosine * (1.0 + sine + sine * sine) / (1.0 + sine)
     return _SINGLE - g * (1.0 / math.pi)

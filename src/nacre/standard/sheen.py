@@ -1,8 +1,8 @@
 """Fibers that stand up from a surface: Charlie sheen.
 
-Estevez and Kulla 2017, "Production Friendly Microfacet Sheen BRDF": normals whose sine's power is
-the density, and a fit to what masks them; as KHR_materials_sheen has both (section "Implementation
-Notes").
+Estevez and Kulla 2017, "Production Friendly Microfacet Sheen BRDF": a density that is a power of
+the normals' sine, and a fit for their masking, both as in KHR_materials_sheen (section
+"Implementation Notes").
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ import math
 from nacre.array import Array, Components, namespace
 from nacre.standard.parameter_math import of_numbers
 
-_MIN_ALPHA = 1e-4  # of fibers that lean away from the normal too little to be seen
-_BOUNDS = (  # of the five numbers of the masking's fit, at alpha = 1 and at 0
+_MIN_ALPHA = 1e-4  # below, fibers are too close to the normal to be seen
+_BOUNDS = (  # the five numbers of the masking's fit, at alpha = 1 and at 0
     *((21.5473, 25.3245), (3.82987, 3.32435), (0.19823, 0.16801)),
     *((-1.97760, -1.27393), (-4.32054, -4.85967)),
 )
 _MIN_FITTED = 0.1
-_ALBEDO = (  # of 1, the cosine and its square; of powers of the roughness less 0.5
+_ALBEDO = (  # rows: 1, the cosine, its square; columns: powers of roughness - 0.5
     (-0.3338, 0.002444, 2.021, -4.924, 5.34, -4.316),
     (-2.57, 4.143, -5.65, 25.51, -109.9, 129.5),
     (-0.3006, 1.754, -9.926, 14.18, 45.33, -86.69),
@@ -26,25 +26,25 @@ _ALBEDO = (  # of 1, the cosine and its square; of powers of the roughness less 
 
 
 def charlie(h: Components, wi: Components, wo: Components, alpha: Array) -> Array:
-    """f_r in 1/sr of fibers of a roughness alpha in [0, 1], with the half vector."""
+    """f_r in 1/sr for fibers with roughness alpha in [0, 1]; `h` is the half vector."""
     xp = namespace(*h, *wi, *wo)
     alpha = of_numbers("maximum", alpha, _MIN_ALPHA)
     inverse = 1.0 / alpha
     sine2 = xp.maximum(h[0] * h[0] + h[1] * h[1], 1e-12)
     density = (2.0 + inverse) * xp.exp(0.5 * inverse * xp.log(sine2)) / (2.0 * math.pi)
     masking = 1.0 + _masking(wi[2], alpha) + _masking(wo[2], alpha)
-    # Viewers keep what is seen of the fibers below 1: close to the horizon they would glow.
+    # Viewers clamp this to 1, because fibers would glow close to the horizon.
     seen = xp.minimum(1.0 / (4.0 * xp.maximum(wi[2] * wo[2], 1e-9) * masking), 1.0)
     return density * seen
 
 
 def charlie_albedo(cosine: Array, roughness: Array) -> Array:
-    """Fraction of the light from a direction that the fibers reflect, at most 1; `roughness` is the
-    root of alpha.
+    """Fraction of the light from a direction that the fibers reflect, at most 1.
 
-    The exponential of a polynomial, fitted to quadratures of :func:`charlie`: within 0.018 of them
-    at a roughness of at least 0.1 (0.003 in the mean). Below, where only views close to the horizon
-    see fibers, it shrinks toward that.
+    `roughness` is the root of alpha. The albedo is the exponential of a polynomial fitted to
+    quadratures of :func:`charlie`: within 0.018 of them for roughnesses from 0.1 (0.003 on
+    average). Below 0.1, only views close to the horizon see fibers, and the curve shrinks toward
+    it.
     """
     xp = namespace(cosine)
     fitted = of_numbers("maximum", roughness, _MIN_FITTED)
@@ -63,7 +63,7 @@ def _polynomial(factors: tuple[float, ...], x: Array) -> Array:
 
 
 def _masking(cosine: Array, alpha: Array) -> Array:
-    """Smith's Lambda of the fibers."""
+    """Smith's Lambda for the fibers."""
     xp = namespace(cosine)
     weight = (1.0 - alpha) * (1.0 - alpha)
     a, b, c, d, e = (rough + (smooth - rough) * weight for rough, smooth in _BOUNDS)

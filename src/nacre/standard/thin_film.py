@@ -1,9 +1,9 @@
 """Interference in a thin transparent film on a surface.
 
 Belcour and Barla 2017, "A Practical Extension to Microfacet Theory for the Modeling of Varying
-Iridescence": the Airy summation, its terms antialiased over the spectrum by the color matching
-functions, which are sums of Gaussians in the wave number. Films and what lies below do not absorb
-here, so that phases are 0 or pi and enter as signs.
+Iridescence": the Airy summation, with terms antialiased over the spectrum by the color matching
+functions, which are sums of Gaussians in the wave number. Films and the media below do not absorb
+here, so phases are 0 or pi and enter as signs.
 """
 
 from __future__ import annotations
@@ -18,30 +18,29 @@ _GAUSSIANS = (
     ((4.4201e-13, 1.7953, 9.3046e9),),
     ((5.2481e-13, 2.2084, 6.6121e9),),
 )
-"""Height, place in 1/um and variance in 1/m^2 of those of x, y and z (section 4.2, from the
-supplemental code)."""
+"""Height, place in 1/um and variance in 1/m^2 for x, y and z (section 4.2, supplemental code)."""
 
 _NORM = 1.0685e-7  # of the color matching functions
 
-TO_CIE_RGB = (
+_TO_CIE_RGB = (
     (2.3706743, -0.9000405, -0.4706338),
     (-0.5138850, 1.4253036, 0.0885814),
     (0.0052982, -0.0146949, 1.0093968),
 )
-"""From XYZ to the RGB of CIE 1931 with equal energy as white, as the paper's code has it."""
+"""From XYZ to the RGB of CIE 1931 with equal energy as white, as in the paper's code."""
 
 
 def refracted(cosine: Array, index: Array) -> Array:
-    """Cosine inside a medium of a refractive index, at least 1, relative to the outside."""
+    """Cosine inside a medium whose index relative to the outside is at least 1."""
     xp = namespace(cosine)
     return xp.sqrt(xp.maximum(1.0 - (1.0 - cosine * cosine) / (index * index), 1e-12))
 
 
 def amplitudes(outside: Array, inside: Array, index: Array) -> tuple[Array, Array]:
-    """Fresnel's reflection coefficients, parallel and perpendicular, of a surface between media.
+    """Fresnel's reflection coefficients at an interface, parallel and perpendicular.
 
-    Both are positive at normal incidence where `index`, that of the inside relative to the outside,
-    exceeds 1; the cosines are those of the ray outside and inside.
+    Both are positive at normal incidence if `index`, inside relative to outside, exceeds 1; the
+    cosines are those of the ray outside and inside.
     """
     parallel = (index * outside - inside) / (index * outside + inside)
     perpendicular = (index * inside - outside) / (index * inside + outside)
@@ -49,14 +48,11 @@ def amplitudes(outside: Array, inside: Array, index: Array) -> tuple[Array, Arra
 
 
 def fringes(path: Array) -> tuple[Components, Components]:
-    """Means of cos(phase) and of cos(2 phase) over x, y and z: what light that crosses a film once
-    more, or twice, brings to interference (equation 10).
+    """Means of cos(phase) and cos(2 phase) over x, y and z (equation 10).
 
-    Parameters
-    ----------
-    path
-        Difference of the paths of neighboring reflections: twice the thickness times the refractive
-        index times the cosine inside; in micrometers.
+    They are the interference of light that crosses the film once more, or twice. The path is the
+    difference between neighboring reflections in micrometers: twice the thickness times the
+    refractive index times the cosine inside.
     """
     xp = namespace(path)
     phase = 2.0 * math.pi * path
@@ -78,16 +74,11 @@ def fringes(path: Array) -> tuple[Components, Components]:
 
 
 def series(outer: Array, inner: Array, product: Array) -> tuple[Array, Array, Array]:
-    """Weights of 1 and of both :func:`fringes` in the reflectance of a film (equation 7, of which
-    two orders are taken).
+    """Weights of 1 and of both :func:`fringes` in a film's reflectance (equation 7, two orders).
 
-    Parameters
-    ----------
-    outer, inner
-        Reflectances of its two sides, in one polarization.
-    product
-        Square root of their product, negative where the phase between neighboring reflections is
-        shifted by pi.
+    `outer` and `inner` are reflectances of its two sides in one polarization; `product` is the
+    square root of their product, negative if the phase shifts by pi between neighboring
+    reflections.
     """
     through = 1.0 - outer
     all_orders = through * through * inner / (1.0 - outer * inner)
@@ -98,14 +89,10 @@ def series(outer: Array, inner: Array, product: Array) -> tuple[Array, Array, Ar
 def dielectric_series(
     outside: Array, inside: Array, film: Array, index: Array
 ) -> tuple[Array, Array, Array]:
-    """:func:`series` of a film on a dielectric, unpolarized.
+    """:func:`series` for a film on a dielectric, unpolarized.
 
-    Parameters
-    ----------
-    outside, inside
-        Cosines of the ray outside the film and in it.
-    film, index
-        Refractive indices of the film and of what is below, both at least 1.
+    `outside` and `inside` are cosines of the ray, `film` and `index` refractive indices of the film
+    and the medium below, both at least 1.
     """
     relative = index / film
     xp = namespace(inside)
@@ -117,27 +104,15 @@ def dielectric_series(
 
 
 def mean(p: Sequence[Array], s: Sequence[Array]) -> tuple[Array, Array, Array]:
-    """Series of unpolarized light, of those of both polarizations."""
+    """The series for unpolarized light, from those for both polarizations."""
     zero, one, two = (0.5 * (a + b) for a, b in zip(p, s, strict=True))
     return zero, one, two
 
 
 def reflectance(
-    weights: Sequence[tuple[Array, Array, Array]],
-    found: tuple[Components, Components],
-    matrix: Sequence[Sequence[float]] = TO_CIE_RGB,
+    weights: Sequence[tuple[Array, Array, Array]], found: tuple[Components, Components]
 ) -> Components:
-    """Color of a film, in [0, 1].
-
-    Parameters
-    ----------
-    weights
-        A series for each of x, y and z.
-    found
-        Fringes.
-    matrix
-        From XYZ to RGB.
-    """
+    """Color of a film, in [0, 1], from a series for each of x, y and z, and fringes."""
     xp = namespace(*found[0])
     xyz = [
         zero + one * first + two * second
@@ -145,6 +120,6 @@ def reflectance(
     ]
     red, green, blue = (
         xp.minimum(xp.maximum(r[0] * xyz[0] + r[1] * xyz[1] + r[2] * xyz[2], 0.0), 1.0)
-        for r in matrix
+        for r in _TO_CIE_RGB
     )
     return red, green, blue

@@ -41,7 +41,7 @@ class Factors:
     Weights, of shape (t, :data:`LUMAS` + 2 :data:`CHROMAS`), are of texels, row by row, then of
     those of coarser levels: of the luma, then of the first and of the second value of the pair.
     Functions have shape (nodes, :data:`LUMAS` + :data:`CHROMAS`), with nodes of a grid of some
-    resolution as :class:`nacre.render.textures.angle_grid.AngleGrid` has them.
+    resolution as :mod:`nacre.render.textures.decoders` has them.
     """
 
     weights: Floats

@@ -21,19 +21,10 @@ from nacre.viewer.page import packed, script
 def component(environments: Sequence[Environment] | None = None) -> bytes:
     """The script, as UTF-8, that defines `<nacre-view src="x.safetensors">`.
 
-    It shows any network; those of the usual shapes converge sooner, for their own samplers are
-    used. Its attributes are `src`, `shape`, `light` (the name of an environment, or "lamp"),
-    `exposure` in stops, and `alt`.
-
-    Parameters
-    ----------
-    environments
-        At least one; the package's own where None.
-
-    Raises
-    ------
-    ValueError
-        If there is no environment.
+    It shows any network; those with the usual shapes converge faster, because it has their
+    samplers. Attributes are `src`, `shape`, `light` (the name of an environment, or "lamp"),
+    `exposure` in stops, and `alt`. By default environments are the package's own; an empty list
+    raises ValueError.
     """
     if environments is None:
         environments = [made() for made in ENVIRONMENTS.values()]
@@ -48,7 +39,7 @@ def component(environments: Sequence[Environment] | None = None) -> bytes:
 
 
 def _usual_networks() -> Iterator[NeuralBrdf]:
-    """A network, of no material, for each of the shapes that fits usually have."""
+    """An empty network for each of the shapes that fits usually have."""
     cosines = MixtureParametrization.cosines
     some = (0.1,) * len(cosines)
     lobe = GgxLobe(some, some, some, some)

@@ -1,4 +1,4 @@
-"""What a page holds of materials and environments."""
+"""The materials and environments on a page."""
 
 from __future__ import annotations
 
@@ -24,18 +24,19 @@ from nacre.render.environment import Environment
 from nacre.render.lights import EnvironmentLight, Light
 from nacre.render.sphere import render_sphere
 from nacre.runtime.progress import Progress, silent
-from nacre.viewer.environments import MAP_SIZE, shared_exponents, smaller
 from nacre.viewer.page import PAGE, document
 from nacre.viewer.programs import NAME, input_sources, key_of, sampler_source, template
 from nacre.viewer.tables import SAMPLER, as_table
 from nacre.viewer.textures import GLSL, PageTexture, formulas, from_above, relief
 
+MAP_SIZE = 192, 96
+"""Pixels of a page's environment, width first."""
+
 _THUMBNAIL = 96  # pixels along an edge
 _QUALITY = 80
 _DIRECTIONS = 192  # of light
 _GROUND = 0.1  # as behind the page's pictures
-_LONGEST = 200
-"""Characters of a fact that a page shows."""
+_LONGEST = 200  # characters of a fact that a page shows
 
 _FACTS = {
     "model": "Model",
@@ -51,21 +52,21 @@ _FACTS = {
 
 @dataclass(frozen=True)
 class Entry:
-    """A material of a page.
+    """A material on a page.
 
     Parameters
     ----------
     name
-        For people.
+        Shown to people.
     forms
-        What it is shown as, by a word for each; the first is shown first.
+        Its representations by label; the first is shown first.
     group
-        Heading of the shelf under which it stands.
+        Heading of its shelf.
     facts
-        More to say of it than its forms do.
+        Facts beyond those of its forms.
     reference
-        The form by which the errors of the others are told, as `nacre compare` measures them; empty
-        for none.
+        The form that errors of the others are measured against, as in `nacre compare`; empty for
+        none.
     """
 
     name: str
@@ -76,19 +77,19 @@ class Entry:
 
 
 class Content:
-    """What a page shows, gathered piece by piece; :meth:`page` is the whole.
+    """The content of a page, collected piece by piece; :meth:`page` returns the page.
 
     Parameters
     ----------
     environments
         At least one. They are exposed; the first lights the thumbnails.
     thumbnails
-        Whether materials have some, as a shelf needs them.
+        Whether materials get thumbnails, as for a shelf.
 
     Attributes
     ----------
     facts, parts
-        JSON and bytes as the page's scripts read them.
+        JSON and bytes for the page's scripts.
     """
 
     def __init__(self, environments: Sequence[Environment], *, thumbnails: bool = True) -> None:
@@ -102,12 +103,9 @@ class Content:
             self._add_environment(environment)
 
     def add(self, entry: Entry) -> None:
-        """One more material.
+        """Add a material.
 
-        Raises
-        ------
-        NacreError
-            If a form of it is no formula; the message says what makes one of it.
+        Raises NacreError if one of its forms is not a formula; the message tells how to make one.
         """
         index = len(self.facts["materials"])
         forms = []
@@ -130,23 +128,10 @@ class Content:
         facts: Mapping[str, str] | None = None,
         progress: Progress = silent,
     ) -> None:
-        """One more texture, which is encoded.
+        """Add an encoded texture (see :class:`nacre.viewer.textures.PageTexture`), with more facts.
 
-        Parameters
-        ----------
-        texture
-            See :class:`nacre.viewer.textures.PageTexture`.
-        heights
-            For parallax.
-        facts
-            More to say of it.
-        progress
-            Called with the numbers done.
-
-        Raises
-        ------
-        NacreError
-            If no page holds it; the message says why.
+        `heights` are for parallax. Raises NacreError if a page cannot hold it; the message says
+        why.
         """
         held = self.facts.setdefault("textures", [])
         if GLSL not in self.facts:
@@ -168,18 +153,18 @@ class Content:
         held.append(shown | packed.facts())
 
     def allow(self, network: NeuralBrdf) -> None:
-        """Hold what shows this network, and others of its shape."""
+        """Include the template for this network and others with its shape."""
         key = key_of(network)
         if all(known["key"] != key for known in self.facts["templates"]):
             self.facts["templates"].append(asdict(template(network)))
 
     def part(self, name: str, content: bytes) -> str:
-        """Keep bytes under a name, which is returned."""
+        """Store bytes under a name, and return the name."""
         self.parts[name] = content
         return name
 
     def page(self, title: str, files: tuple[str, str, str] = PAGE) -> bytes:
-        """The page, as UTF-8; it needs nothing but a browser."""
+        """The page, as UTF-8; it needs only a browser."""
         return document(title, self.facts, self.parts, files)
 
     def _form(self, name: str, brdf: Brdf) -> dict[str, Any]:
@@ -198,23 +183,11 @@ class Content:
     def _add_environment(self, environment: Environment) -> None:
         name = self.part(
             f"environment {len(self.facts['environments'])}",
-            shared_exponents(smaller(environment.exposed().pixels)),
+            _shared_exponents(_smaller(environment.exposed().pixels)),
         )
         width, height = MAP_SIZE
         shown = {"name": environment.name, "part": name, "width": width, "height": height}
         self.facts["environments"].append(shown)
-
-
-def page(
-    title: str,
-    entries: Sequence[Entry],
-    environments: Sequence[Environment],
-) -> bytes:
-    """A page of materials under environments, as UTF-8; see :class:`Content`."""
-    content = Content(environments)
-    for entry in entries:
-        content.add(entry)
-    return content.page(title)
 
 
 def _known(brdf: Brdf) -> dict[str, str]:
@@ -241,26 +214,51 @@ def _said(value: object) -> str:
 
 
 def thumbnail(brdf: Brdf, light: Light, size: int = _THUMBNAIL) -> bytes:
-    """A JPEG of a sphere, of `size` pixels along an edge.
+    """A JPEG of a sphere, with `size` pixels along an edge.
 
-    Raises
-    ------
-    MissingExtraError
-        If Pillow is not installed.
+    Raises MissingExtraError if Pillow is not installed.
     """
     image, mask = render_sphere(brdf, light, size)
     return _jpeg(np.where(mask[..., None], tone_map(image), _GROUND), size)
 
 
 def _error(squared: object) -> str:
-    """Of reflectance factors, as people compare it with 1, a white surface."""
+    """The error of reflectance factors, for comparison with 1, a white surface."""
     return f"{math.sqrt(1e-4 * squared):.2g} (RMSE)" if isinstance(squared, float) else ""
 
 
 def _jpeg(shown: Image, size: int = _THUMBNAIL) -> bytes:
-    """A picture of what screens show, from 0 to 1, of at most `size` pixels along an edge."""
+    """A picture of display values from 0 to 1, with at most `size` pixels along an edge."""
     picture = require("PIL.Image", "view").fromarray(np.round(255.0 * shown).astype(np.uint8))
     picture.thumbnail((size, size))
     stream = io.BytesIO()
     picture.save(stream, "JPEG", quality=_QUALITY)
     return stream.getvalue()
+
+
+def _smaller(pixels: Image) -> Image:
+    """A map (h, w, 3) in linear RGB at the page's size, by means over the cells of its texels.
+
+    Rows have equal weights.
+    """
+    width, height = MAP_SIZE
+    rows = np.linspace(0.0, len(pixels) - 1.0, height)
+    columns = (np.arange(width) + 0.5) * pixels.shape[1] / width - 0.5
+    factor = max(1, round(len(pixels) / height))
+    offsets = (np.arange(factor) + 0.5) / factor - 0.5
+    total = np.zeros((height, width, 3))
+    for dy in offsets:
+        for dx in offsets:
+            y = np.clip(np.round(rows + dy * len(pixels) / height), 0, len(pixels) - 1).astype(int)
+            x = np.round(columns + dx * pixels.shape[1] / width).astype(int) % pixels.shape[1]
+            total += pixels[y[:, None], x]
+    return np.asarray(total / factor**2, np.float32)
+
+
+def _shared_exponents(pixels: Image) -> bytes:
+    """Linear RGB as bytes with one exponent for three colors (Ward 1991), plane by plane."""
+    largest = np.maximum(pixels.max(axis=2), 1e-30)
+    exponent = np.clip(np.ceil(np.log2(largest * (256.0 / 255.5))), -128, 127)
+    scaled = np.clip(np.round(pixels * 2.0 ** (8.0 - exponent)[..., None]), 0, 255)
+    planes = [*np.moveaxis(scaled, 2, 0), exponent + 128.0]
+    return b"".join(plane.astype(np.uint8).tobytes() for plane in planes)

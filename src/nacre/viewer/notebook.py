@@ -1,4 +1,4 @@
-"""What notebooks show of a reflectance: a small live sphere."""
+"""How notebooks show a reflectance: as a small live sphere."""
 
 from __future__ import annotations
 
@@ -13,20 +13,16 @@ from nacre.viewer.content import Content, Entry, thumbnail
 from nacre.viewer.page import SPHERE
 
 _SIZE = 240  # pixels along an edge
-_LARGEST = 1 << 18  # bytes of a material's numbers: every cell that shows one is saved with them
+_LARGEST = 1 << 18  # bytes of a material's numbers, which are saved in each cell that shows it
 _COVER = "position:absolute;top:0;left:0;width:100%;height:100%;border:0"
 
 
 def live(material: object) -> str:
-    """HTML of a reflectance's sphere, which a pointer or arrow keys turn.
+    """HTML for a reflectance's sphere, which turns by pointer or arrow keys; "" for anything else.
 
-    It is a still picture with a frame above it that holds a page of its own: where a notebook, or
-    what was converted from it, allows no frames or the browser has no WebGL2, the picture stays.
-
-    Parameters
-    ----------
-    material
-        Anything: "" where it is no reflectance, or no picture can be drawn.
+    It is a still picture below a frame with its own page. The picture remains if a notebook, or a
+    document made from it, allows no frames, or the browser has no WebGL2. Without Pillow there is
+    no picture, and the result is "".
     """
     if not isinstance(material, Brdf):
         return ""
@@ -44,7 +40,7 @@ def live(material: object) -> str:
 
 
 def _frame(brdf: Brdf, name: str) -> str:
-    """The page above the picture; "" of what is too large to keep in a notebook, or no formula."""
+    """The page over the picture; "" if it is too large to keep in a notebook, or no formula."""
     if (brdf.nbytes or 0) > _LARGEST:
         return ""
     content = Content([studio()], thumbnails=False)

@@ -1,7 +1,7 @@
-"""The page as one file: markup, style and scripts of the folder `page`, and what it shows.
+"""The page as one file: markup, style and scripts from the folder `page`, and its content.
 
-Nothing in it comes from elsewhere, and its content security policy lets nothing in: one script and
-one style, by their hashes, and workers and pictures that the script itself makes.
+The page loads nothing, and its content security policy allows nothing else: one script and one
+style, by their hashes, and workers and pictures that the script makes.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ _FOLDER = resources.files(__package__) / "page"
 
 PAGE = "index.html", "style.css", "main"
 SPHERE = "sphere.html", "sphere.css", "sphere"
-"""Markup, style, and the module that starts: of the whole viewer, and of one picture."""
+"""Markup, style, and main module: for the whole viewer, and for one picture."""
 
 
 def gathered(facts: Mapping[str, Any], parts: Mapping[str, bytes]) -> bytes:
-    """JSON and named bytes as the page reads them (`container.js`), gzipped; the same each time."""
+    """JSON and named bytes in the page's format (`container.js`), gzipped; the same each time."""
     places, start = {}, 0
     for name, content in parts.items():
         places[name] = start, len(content)
@@ -50,16 +50,9 @@ def document(
     parts: Mapping[str, bytes],
     files: tuple[str, str, str] = PAGE,
 ) -> bytes:
-    """The whole page, as UTF-8.
+    """The whole page, as UTF-8, with facts and parts as in :func:`gathered`.
 
-    Parameters
-    ----------
-    title
-        Shown as text, whatever it holds.
-    facts, parts
-        See :func:`gathered`.
-    files
-        :data:`PAGE` or :data:`SPHERE`.
+    The title is shown as text, whatever it contains; `files` is :data:`PAGE` or :data:`SPHERE`.
     """
     markup, style = ((_FOLDER / name).read_text("utf-8") for name in files[:2])
     code = script(files[2])
@@ -81,14 +74,10 @@ def document(
 
 
 def script(first: str, made: Mapping[str, str] = MappingProxyType({})) -> str:
-    """A module of the folder with all that it imports, as one script: each in a scope of its own.
+    """A module from the folder with all its imports, as one script with a scope for each module.
 
-    Parameters
-    ----------
-    first
-        Name of the module; what it exports is in the object `of_` and its name.
-    made
-        Further modules that may be imported, by name.
+    The exports of `first` are in the object named `of_` and its name. `made` are further modules
+    that may be imported, by name.
     """
     ordered: dict[str, str] = {}
 

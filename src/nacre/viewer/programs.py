@@ -1,8 +1,8 @@
-"""GLSL of networks with places for their numbers: one text serves all networks of a shape.
+"""GLSL for networks with placeholders for their numbers: one text serves all networks of a shape.
 
-A page of a hundred networks would be megabytes of shaders. Here the weights, and the parameters of
-the sampler, stay open as `@3@`; the page fills them in from a material's file, packed or dropped
-onto it, with what :class:`Template` says of each place.
+With shaders for a hundred networks, a page would take megabytes. Here the weights, and the
+parameters of the sampler, stay open as `@3@`; the page fills them in from a material's file, packed
+or dropped onto it, as :class:`Template` describes.
 """
 
 from __future__ import annotations
@@ -28,28 +28,28 @@ from nacre.sampling import describe_sampler, make_sampler
 from nacre.sampling.mixture import in_frame
 
 NAME = "material"
-"""What functions are named after: `material_eval(wi, wo)`, `material_sample(wo, u)` with the
-density as fourth number, `material_pdf(wi, wo)`."""
+"""Prefix of functions: `material_eval(wi, wo)`, `material_sample(wo, u)` with the density as fourth
+number, `material_pdf(wi, wo)`."""
 
 _Formula: TypeAlias = tuple[Callable[..., Sequence[Any]], Mapping[str, int], Sequence[str]]
-"""What is computed, of components by the names of arguments, and the names of its results."""
+"""A function of components, its parameters by name, and the names of its results."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Template:
-    """GLSL with places for the numbers of a network and its sampler.
+    """GLSL with placeholders for the numbers of a network and its sampler.
 
     Parameters
     ----------
     key
-        What networks share that fill it; see :func:`key_of`.
+        What networks that can fill it have in common; see :func:`key_of`.
     text
-        `@k@` stands where number k of `places` has to.
+        `@k@` stands for number k of `places`.
     places
-        A whole number is the place of a weight: layer after layer, weights before biases, as their
-        files hold them. Else it is a formula of the sampler's parameters: ["parameter", n], in the
-        order of its description; ["angle"] and ["sampler angle"], of the axes of both; ["neg", a],
-        ["cos", a], ["add", a, b] and the like, of formulas and numbers, in double precision.
+        A whole number is the index of a weight: layer by layer, weights before biases, as in files.
+        Otherwise it is a formula of the sampler's parameters: ["parameter", n], in the order of its
+        description; ["angle"] and ["sampler angle"], for the axes of both; ["neg", a], ["cos", a],
+        ["add", a, b] and the like, on formulas and numbers, in double precision.
     """
 
     key: str
@@ -71,7 +71,6 @@ class _Open(GlslLanguage):
         return f"@{found}@"
 
     def datum(self, origin: Any) -> str:
-        """See :class:`nacre.export.source.Language`."""
         return self._place(_formula(origin))
 
     def numbers(self, values: Any) -> str:
@@ -80,10 +79,10 @@ class _Open(GlslLanguage):
 
 
 def key_of(network: NeuralBrdf) -> str:
-    """What the text of a network depends on beside its numbers, as JSON.
+    """What a network's text depends on besides its numbers, as JSON.
 
-    Its inputs, whether it is isotropic, sizes and activation; and the shape of its sampler: the
-    description with "number" in place of each number and its count in place of a list of them.
+    These are its inputs, isotropy, sizes and activation, and the shape of its sampler: the
+    description with "number" in place of each number and a count in place of each list of numbers.
     """
     return json.dumps(
         [
@@ -108,9 +107,9 @@ def _shape(description: Any) -> Any:
 
 
 def template(network: NeuralBrdf) -> Template:
-    """The text that a network shares with all of its shape.
+    """The text that a network shares with all others of its shape.
 
-    Axes at an angle are those of a network, or a sampler, at none in a frame that lies there.
+    If a network or a sampler has axes at an angle, it is evaluated at angle 0 in a rotated frame.
     """
     sampler, numbered = network.sampler, _numbered(network)
     axis: _Axis | None = None
@@ -134,12 +133,11 @@ def template(network: NeuralBrdf) -> Template:
 
 
 def sampler_source(sampler: Sampler) -> str:
-    """`material_sample` and `material_pdf` of a sampler as GLSL, its numbers filled in."""
+    """`material_sample` and `material_pdf` of a sampler as GLSL, with its numbers filled in."""
     return _written(GlslLanguage(), _sampling(sampler))
 
 
 def _written(language: GlslLanguage, formulas: Mapping[str, _Formula]) -> str:
-    """Functions of formulas by their names."""
     return "\n\n".join(
         language.function(Function.of(name, *formula, expanded=language.expanded), f"{NAME}_{name}")
         for name, formula in formulas.items()
@@ -147,11 +145,11 @@ def _written(language: GlslLanguage, formulas: Mapping[str, _Formula]) -> str:
 
 
 def input_sources() -> dict[str, str]:
-    """GLSL of the inputs of networks: what a page needs to write a network of any sizes.
+    """GLSL for the inputs of networks, by which a page writes networks of any sizes.
 
     `material_first(wi, wo)` are the first four inputs and `material_second(wi, wo)` the others,
-    with zeros for what is missing, as if the angle of the axes were 0. By "enhanced true" and the
-    like: the name of the inputs and whether networks are isotropic.
+    padded with zeros, for axes at angle 0. Keys such as "enhanced true" have the name of the inputs
+    and whether networks are isotropic.
     """
 
     def source(inputs: str, isotropic: bool) -> str:
@@ -171,7 +169,7 @@ def input_sources() -> dict[str, str]:
 
 
 def _sampling(sampler: Sampler, across: _Axis | None = None) -> dict[str, _Formula]:
-    """Formulas of a sampler whose axes lie at an angle."""
+    """Formulas for a sampler whose axes lie at an angle."""
     back = None if across is None else (across[0], -across[1])
 
     def drawn(wo: Components, u: Components) -> Sequence[Any]:
@@ -188,9 +186,7 @@ def _sampling(sampler: Sampler, across: _Axis | None = None) -> dict[str, _Formu
 
 
 def _numbered(network: NeuralBrdf) -> NeuralBrdf:
-    """A network whose weights are their places, and whose axes lie at none: what the formula leaves
-    out stays out.
-    """
+    """A network whose weights are their indices, with axes at angle 0."""
     layers, start = [], 0
     for layer in network.layers:
         parts = []
@@ -211,17 +207,17 @@ _Axis = tuple[Datum, Datum]
 
 
 def _axis(angle: float, name: str) -> _Axis:
-    """Cosine and sine of an angle that files give under a name."""
+    """Cosine and sine of an angle that files have under a name."""
     return Datum(math.cos(angle), ("cos", name)), Datum(math.sin(angle), ("sin", name))
 
 
 def _in(axis: _Axis | None, w: Components) -> Components:
-    """A direction in the frame of an axis; as it is where there is none."""
+    """A direction in the frame of an axis, if there is one."""
     return w if axis is None else in_frame(w, *axis)
 
 
 def _formula(origin: Any) -> Any:
-    """Origin of a datum as JSON: its place, or what is computed of others."""
+    """The origin of a datum as JSON: its place, or how it is computed from others."""
     if isinstance(origin, str):
         return [origin]
     if isinstance(origin, int):

@@ -1,4 +1,4 @@
-"""A page on this machine's loopback address, for as long as a command runs."""
+"""Serves a page on this machine's loopback address while a command runs."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
 _ADDRESS = "127.0.0.1"
-_SECONDS = 10.0
-"""How long a browser may take to ask."""
+_SECONDS = 10.0  # how long a browser may take to ask
 _HEADERS = {
     "Content-Type": "text/html; charset=utf-8",
     "Cache-Control": "no-store",
@@ -22,15 +21,9 @@ _HEADERS = {
 class PageServer(ThreadingHTTPServer):
     """Serves one page from memory and nothing else; no request reaches a file.
 
-    Requests that name another host are refused: a foreign page whose name leads to this machine
-    (DNS rebinding) learns nothing.
-
-    Parameters
-    ----------
-    page
-        The page, as UTF-8.
-    port
-        0 for any that is free; else :class:`OSError` is raised where it is taken.
+    Requests that name another host are refused, so that a foreign page whose name resolves to this
+    machine (DNS rebinding) learns nothing. The page is UTF-8; port 0 takes any free one, and
+    :class:`OSError` is raised if another is taken.
     """
 
     daemon_threads = True
@@ -42,16 +35,15 @@ class PageServer(ThreadingHTTPServer):
 
     @property
     def url(self) -> str:
-        """Where the page is."""
         return f"http://{_ADDRESS}:{self.server_port}/"
 
     @property
     def hosts(self) -> tuple[str, ...]:
-        """What a request may call this server."""
+        """The names by which a request may call this server."""
         return tuple(f"{name}:{self.server_port}" for name in (_ADDRESS, "localhost"))
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A browser that hangs up is no error."""
+        """Ignore browsers that hang up."""
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -83,4 +75,4 @@ class _Handler(BaseHTTPRequestHandler):
         return "nacre"
 
     def log_message(self, *args: Any) -> None:
-        """Nothing: the command's output is not for requests."""
+        """Log nothing: the command's output is not for requests."""

@@ -1,4 +1,4 @@
-"""A map of a page's materials, and what the page decodes the places between them with."""
+"""A map of a page's materials, and the data to decode the places between them."""
 
 from __future__ import annotations
 
@@ -23,45 +23,24 @@ from nacre.sampling.parametrizations import BEST, MixtureParametrization
 from nacre.viewer.content import Content, Entry
 
 _LIMIT = 1 << 26  # bytes, which the page reads back
-_LARGEST, _CROWDED = 0.12, 0.6
-"""Edge of a material's place on a map of edge 1, and that times the root of their number."""
+_LARGEST, _CROWDED = 0.12, 0.6  # edge of a place, at most, and times the root of their count
 
 
-def add_space(
-    content: Content, entries: Sequence[Entry], *, seed: int = 0, progress: Progress = silent
-) -> int:
-    """Lay out a page's materials by what they look like, with all codes between them.
+def add_space(content: Content, entries: Sequence[Entry], *, progress: Progress = silent) -> int:
+    """Lay out a page's materials by appearance, with all codes between them; about 0.6 MB.
 
-    Codes are of the included hypernetwork (:func:`nacre.latent.pretrained_hypernetwork`), places by
-    t-SNE of these. The first form of an entry is encoded. Materials without a code, as anisotropic
-    ones, are left out. About 0.6 MB.
+    Codes belong to the included hypernetwork (:func:`nacre.latent.pretrained_hypernetwork`), and
+    places are their t-SNE. The first form of each entry is encoded; materials without a code, such
+    as anisotropic ones, are left out. `content` already holds the entries, in this order, as its
+    first materials.
 
-    Parameters
-    ----------
-    content
-        Holds `entries` already, in this order, as its first materials.
-    entries
-        The materials.
-    seed
-        Of codes and map.
-    progress
-        Called as materials are encoded.
-
-    Returns
-    -------
-    int
-        How many materials are on the map: 0 if fewer than :data:`nacre.latent.map.MIN_CODES` have a
-        code, and then the page gets no map.
-
-    Raises
-    ------
-    MissingExtraError
-        If openTSNE is not installed.
+    Returns how many materials are on the map: 0 if fewer than :data:`nacre.latent.map.MIN_CODES`
+    have a code; the page then gets no map. Raises MissingExtraError if openTSNE is not installed.
     """
     basis = pretrained_hypernetwork()
     on_map, codes = [], []
     for index, entry in enumerate(entries):
-        code = _code(basis, next(iter(entry.forms.values())), seed)
+        code = _code(basis, next(iter(entry.forms.values())))
         if code is not None:
             on_map.append(index)
             codes.append(code)
@@ -70,24 +49,24 @@ def add_space(
         return 0
     values = np.array(codes, np.float32)
     content.allow(decoded(basis, values[0]))
-    part = content.part("space", _packed(basis, values, places(values, seed)))
+    part = content.part("space", _packed(basis, values, places(values)))
     edge = _edge(len(codes))
     content.facts["space"] = {"part": part, "materials": on_map, "edge": edge}
     return len(codes)
 
 
 def decoded(basis: Hypernetwork, code: npt.ArrayLike, name: str = "") -> NeuralBrdf:
-    """The network of a code (k,), with the sampler that is predicted from the code."""
+    """The network for a code (k,), with the sampler predicted from the code."""
     network = basis.decode(code, name)
     return NeuralBrdf(network.layers, name=name, sampler=basis.basis.predictors[BEST](network.code))
 
 
-def places(codes: npt.ArrayLike, seed: int = 0) -> Floats:
-    """Places of codes (n, k) on a map of edge 1, x to the right and y down, shape (n, 2).
+def places(codes: npt.ArrayLike) -> Floats:
+    """Places of codes (n, k) on a map with edge 1, x right and y down, shape (n, 2).
 
-    They fill the map and lie apart.
+    They fill the map without overlaps.
     """
-    found = embed(codes, seed)
+    found = embed(codes, 0)
     low, high = found.min(axis=0), found.max(axis=0)
     edge = _edge(len(found))
     even = edge + (1.0 - 2.0 * edge) * (found - low) / np.maximum(high - low, 1e-9)
@@ -99,16 +78,16 @@ def _edge(count: int) -> float:
     return float(min(_LARGEST, _CROWDED / np.sqrt(count)))
 
 
-def _code(basis: Hypernetwork, brdf: Brdf, seed: int) -> Floats | None:
-    """The code of a material; None where it has none."""
+def _code(basis: Hypernetwork, brdf: Brdf) -> Floats | None:
+    """The code of a material, or None."""
     try:
-        return basis.encode(brdf, seed=seed)
+        return basis.encode(brdf, seed=0)
     except NacreError:
         return None
 
 
 def _packed(basis: Hypernetwork, codes: Floats, where: Floats) -> bytes:
-    """Codes, their places, and layers that decode codes, as a file that the page reads."""
+    """Codes, their places, and layers that decode codes, as a file for the page."""
     predictor = basis.basis.predictors[BEST]
     header = {
         "luma": basis.basis.luma,

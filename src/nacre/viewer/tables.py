@@ -1,6 +1,6 @@
-"""Tables as the page looks values up in them (`tables.js`): grids of halves, as cards hold them.
+"""Tables as the page stores them (`tables.js`): grids of half floats, as on graphics cards.
 
-What a page reads of a file that is dropped onto it is the same, so that both are drawn alike.
+The page converts files that are dropped onto it in the same way, so that both look alike.
 """
 
 from __future__ import annotations
@@ -29,27 +29,22 @@ SAMPLER = GgxMixture(
     squared=(0.0,),
     cosines=(1.0,),
 )
-"""How directions are drawn for any table: lobes from dull to glossy beside one of the cosine, which
-leaves no direction out. It saves what dropped files have no time for, a fit."""
+"""The sampler for all tables: lobes from dull to glossy, and a cosine lobe that covers every
+direction. Files that are dropped onto the page leave no time for a fit."""
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Numbers of a 3-D texture.
+    """Numbers in a 3-D texture, float16 or float32.
 
-    Parameters
-    ----------
-    values
-        Shape (depth, height, width), or (..., 3) of colors: float16 or float32.
-    channels
-        1 or 3.
+    They have shape (depth, height, width), with one more axis for 3 channels.
     """
 
     values: npt.NDArray[np.floating]
     channels: int = 1
 
     def facts(self) -> dict[str, Any]:
-        """What the page is told of it beside the numbers."""
+        """Facts for the page besides the numbers."""
         size = self.values.shape[2::-1]
         half = self.values.dtype == np.float16
         return {"size": list(size), "channels": self.channels, "half": half}
@@ -57,14 +52,9 @@ class Grid:
 
 @dataclass(frozen=True)
 class Table:
-    """What the page needs of a table.
+    """A table for the page, with grids by their names in the page's shaders.
 
-    Parameters
-    ----------
-    facts
-        Its kind, the `scale` that halves are multiplied by to give f_r, and what the kind needs.
-    grids
-        By the names that the page's shaders know.
+    Its facts are its kind, the `scale` from half floats to f_r, and others for the kind.
     """
 
     facts: Mapping[str, Any]
@@ -72,7 +62,7 @@ class Table:
 
 
 def as_table(brdf: Brdf) -> Table | None:
-    """A measured table as the page holds it; None of any other reflectance."""
+    """A measured table in the page's format; None for any other reflectance."""
     if isinstance(brdf, MerlBrdf):
         return _merl(brdf)
     if isinstance(brdf, MbsdfBrdf):
@@ -82,7 +72,7 @@ def as_table(brdf: Brdf) -> Table | None:
 
 
 def halves(values: npt.NDArray[np.floating]) -> tuple[float, npt.NDArray[np.float16]]:
-    """Numbers as halves times a power of two, the smallest that lets the largest fit."""
+    """Numbers as half floats times the smallest power of two that lets the largest fit."""
     largest = float(np.abs(values).max())
     power = math.ceil(math.log2(largest / HALF_LARGEST)) if largest else 0
     scale = 2.0 ** min(max(power, -100), 127)

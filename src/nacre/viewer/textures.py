@@ -1,9 +1,9 @@
-"""Encoded textures as a page holds them: few functions of light and view, in bytes.
+"""Encoded textures for a page: few functions of light and view, in bytes.
 
-They are the factors of :mod:`nacre.textures.factors`, of which a page keeps the first. Numbers are
-bytes with a lowest value and a step for each function. Steps are as small as a byte allows or as
-errors ask for, whichever is more: then functions that matter little have few different bytes, which
-pack well.
+They are the first of the factors in :mod:`nacre.textures.factors`. Numbers are bytes, with a lowest
+value and a step for each function. Steps are as small as a byte allows or as the error needs,
+whichever is larger: functions that matter little then have few different bytes, which compress
+well.
 """
 
 from __future__ import annotations
@@ -31,23 +31,23 @@ from nacre.textures.factors import factor, grid_place
 from nacre.textures.mipmap import level_shapes
 
 LUMAS, CHROMAS = 32, 4
-"""Functions of luma, and of both values of pairs of colors: what vertices can pass on to pixels."""
+"""Functions for luma and for both chroma values: as many as vertices can pass on to pixels."""
 RESOLUTION = 12
-"""Of the grid of directions."""
+"""Nodes along each axis of the grid of directions."""
 LARGEST = 2048
-"""Texels along an edge: what every WebGL2 holds."""
-_WEIGHT_STEP, _FUNCTION_STEP = 1.0 / 160.0, 1.0 / 48.0  # of the texture's mean luma
-_SMALLEST = 1.0 / 24.0  # of it: weights that are less do not coarsen their functions any more
+"""Texels along an edge that every WebGL2 supports."""
+_WEIGHT_STEP, _FUNCTION_STEP = 1.0 / 160.0, 1.0 / 48.0  # relative to the texture's mean luma
+_SMALLEST = 1.0 / 24.0  # functions with smaller weights than this get no coarser
 
 GLSL = "texture_glsl"
-"""Fact of a page with textures: the part that holds :func:`formulas`."""
+"""Key of a page's fact that names the part with :func:`formulas`."""
 
 Bytes = npt.NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False)
 class Rounded:
-    """Numbers as bytes: `low` and `step`, of shape (k,), give those of column k of (n, k)."""
+    """Numbers as bytes: `low` and `step`, of shape (k,), give those in column k of (n, k)."""
 
     values: Bytes
     low: Floats
@@ -62,7 +62,7 @@ class Rounded:
 
     @property
     def numbers(self) -> Floats:
-        """What the bytes stand for."""
+        """The numbers that the bytes stand for."""
         return np.asarray(self.low + self.step * self.values, np.float32)
 
     def facts(self) -> dict[str, list[float]]:
@@ -79,11 +79,11 @@ class PageTexture:
     height, width
         In texels.
     weights
-        Of texels of all levels, row by row, shape (t, :data:`LUMAS` + 2 :data:`CHROMAS`).
+        For texels of all levels, row by row, shape (t, :data:`LUMAS` + 2 :data:`CHROMAS`).
     functions
         At pairs of nodes, shape (:data:`RESOLUTION` ^ 4, :data:`LUMAS` + :data:`CHROMAS`).
     error
-        Mean square of what reflectance factors differ by from those of the codes.
+        Mean squared difference of reflectance factors from those of the codes.
     """
 
     height: int
@@ -94,13 +94,10 @@ class PageTexture:
 
     @classmethod
     def of(cls, texture: Btf, progress: Progress = silent) -> PageTexture:
-        """What a page holds of an encoded texture.
+        """An encoded texture for a page.
 
-        Raises
-        ------
-        NacreError
-            If it is not encoded, its codec knows its own directions only, or it is larger than
-            :data:`LARGEST`.
+        Raises NacreError if it is not encoded, its codec works for its own directions only, or it
+        is larger than :data:`LARGEST`.
         """
         latent = encoded(texture)
         height, width = latent.codes.shape[:2]
@@ -121,7 +118,7 @@ class PageTexture:
         pairs = squares[LUMAS:].reshape(2, CHROMAS).mean(axis=0)
         sizes = np.sqrt(np.concatenate([squares[:LUMAS], pairs]))
         coarse = _FUNCTION_STEP * luma / np.maximum(sizes, _SMALLEST * luma)
-        # A black texture has no luma; its bytes have steps of no meaning.
+        # A black texture has no luma; the steps of its bytes have no meaning.
         rounded = (
             Rounded.of(weights, np.full(weights.shape[1], max(_WEIGHT_STEP * luma, 1e-6))),
             Rounded.of(functions, np.maximum(np.nan_to_num(coarse), 1e-6)),
@@ -131,9 +128,7 @@ class PageTexture:
         return cls(height, width, *rounded, error)
 
     def parts(self) -> dict[str, bytes]:
-        """Bytes: weights function by function, the levels of each one after the other; functions
-        as pictures with a tile of views, row by row, for each light.
-        """
+        """Weights by function and level, and functions as tiles of views, one for each light."""
         return {
             "weights": np.ascontiguousarray(self.weights.values.T).tobytes(),
             "functions": _tiles(self.functions.values).tobytes(),
@@ -159,8 +154,10 @@ def _tiles(functions: Bytes) -> Bytes:
 
 
 def formulas() -> str:
-    """GLSL that shaders of textures call: `texture_place(w)`, where a direction is in the grid, and
-    `texture_joined(sums)`, reflectance factors of sums of luma and of both values of pairs.
+    """GLSL for shaders of textures.
+
+    `texture_place(w)` is a direction's place in the grid, and `texture_joined(sums)` reflectance
+    factors from sums for luma and both chroma values.
     """
 
     def place(w: Components) -> tuple[tuple[Array, Array]]:
@@ -174,9 +171,7 @@ def formulas() -> str:
 
 
 def relief(heights: HeightField) -> tuple[dict[str, Any], bytes]:
-    """A height field for a page: its size and its lowest and highest point, as JSON, and heights as
-    half floats, row by row.
-    """
+    """A height field for a page: its size and range as JSON, and heights as half floats."""
     pixels = heights.pixels
     rows, columns, _ = pixels.shape
     facts = {
@@ -189,7 +184,7 @@ def relief(heights: HeightField) -> tuple[dict[str, Any], bytes]:
 
 
 def from_above(texture: Btf) -> Image:
-    """All of an encoded texture in the light of previews, linear RGB, (height, width, 3)."""
+    """All of an encoded texture under the light of previews, linear RGB, (height, width, 3)."""
     light = np.array([DirectionalLight().direction], np.float32)
     seen = texture.at_directions(light, np.array([[0.0, 0.0, 1.0]], np.float32))
     return np.asarray(seen.images(slice(None))[0] * light[0, 2], np.float32)

@@ -31,7 +31,7 @@ def view(
     Parameters
     ----------
     brdf
-        Attribute `brdf`.
+        The reflectance.
     shape
         "sphere", "ball", "knot" or "cloth".
     light
@@ -46,7 +46,7 @@ def view(
     MissingExtraError
         If anywidget is not installed.
     NacreError
-        If the reflectance is nothing that a page can show; the message says what makes one of it.
+        If a page cannot show the reflectance; the message tells how to convert it.
     """
     return _widget()(brdf=brdf, shape=shape, light=light, exposure=exposure, size=size)
 
@@ -57,12 +57,9 @@ def module() -> str:
 
 
 def content_of(brdf: Brdf) -> bytes:
-    """What the module shows: a reflectance and the package's environments, gzipped.
+    """The module's data: a reflectance and the package's environments, gzipped.
 
-    Raises
-    ------
-    NacreError
-        As :meth:`nacre.viewer.content.Content.add` does.
+    Raises NacreError as :meth:`nacre.viewer.content.Content.add` does.
     """
     content = Content([made() for made in ENVIRONMENTS.values()], thumbnails=False)
     content.add(Entry(brdf.name, {type(brdf).__name__: brdf}))

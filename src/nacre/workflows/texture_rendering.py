@@ -55,7 +55,7 @@ class RenderedTexture:
 
 def check_texture_view(output: PathLike, view: TextureView, *, compared: bool = False) -> None:
     """Raise a NacreError before the work if options conflict, or the output is not a picture."""
-    from nacre.figures.rendering_panels import panels_size
+    from nacre.figures.difference_sheet import panels_size
     from nacre.render.animation import check_animation
     from nacre.render.preview import check_image_path
 
@@ -100,8 +100,8 @@ def render_texture(
         If :func:`check_texture_view` fails, or the texture cannot be rendered in this way.
     """
     from nacre.color import tone_map
+    from nacre.figures.difference_sheet import panels_size, rendering_panels
     from nacre.figures.page import display_bytes
-    from nacre.figures.rendering_panels import panels_size, rendering_panels
     from nacre.metrics.temporal import temporal_errors
     from nacre.render.animation import write_animation
     from nacre.render.preview import write_bytes, write_image

@@ -36,7 +36,7 @@ def test_over_rises_from_the_left_and_sets_at_the_right() -> None:
 def test_paths_that_are_none() -> None:
     with pytest.raises(NacreError, match="choose one of around, over"):
         light_path("under", 3, 45.0)
-    with pytest.raises(NacreError, match="1 direction or more"):
+    with pytest.raises(NacreError, match="at least 1 direction"):
         light_path("over", 0, 45.0)
 
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 from nacre.errors import NacreError
 from nacre.figures.code_views import between, coded, displayed, draw_map
-from nacre.figures.page import Page, broken
+from nacre.figures.page import Page
+from nacre_lab.reproduce.chart import broken
 from nacre_lab.reproduce.experiment import Experiment, Outcome, Request
 
 COUNT = 5

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from nacre.figures.chart import COLORS, dress, place_labels
 from nacre.figures.page import FAINT, INK, Figure, Page
+from nacre.figures.plot import COLORS
+from nacre_lab.reproduce.chart import dress, place_labels
 from nacre_lab.reproduce.methods import ENHANCED_SIZES, SIZES
 from nacre_lab.reproduce.study import Study
 from nacre_lab.reproduce.summary import Summary, summarize

@@ -12,9 +12,9 @@ from nacre.color import tone_map
 from nacre.errors import require
 from nacre.figures.page import FAINT, INK, Figure, Page
 from nacre.render.engine import mitsuba
-from nacre.render.kitchen import SLOTS, describe_kitchen
 from nacre.render.passes import accumulate
 from nacre.render.scene import matte
+from nacre_lab.reproduce.kitchen import SLOTS, describe_kitchen
 from nacre_lab.reproduce.noise import NoiseStudy
 
 
@@ -58,7 +58,7 @@ def color_key(count: int, size: tuple[int, int]) -> Floats:
     Parameters
     ----------
     count
-        Materials; see :func:`nacre.render.kitchen.describe_kitchen`.
+        Materials; see :func:`nacre_lab.reproduce.kitchen.describe_kitchen`.
     size
         Width and height in pixels.
 
@@ -81,7 +81,7 @@ def kitchen_page(study: NoiseStudy, samplers: Sequence[str]) -> Figure:
     Parameters
     ----------
     study
-        Of one picture of :func:`nacre.render.kitchen.describe_kitchen`.
+        Of one picture of :func:`nacre_lab.reproduce.kitchen.describe_kitchen`.
     samplers
         Columns, behind that of the reference.
     """

@@ -13,16 +13,16 @@ import numpy as np
 from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.errors import NacreError
-from nacre.figures.chart import charts, dress, line_style
 from nacre.figures.page import FAINT, Figure, Page
 from nacre.formats import load_brdf
 from nacre.latent.predicting import PredictingBasis
-from nacre.render.kitchen import describe_kitchen
-from nacre.render.plates import describe_plates
+from nacre_lab.reproduce.chart import charts, dress, line_style
 from nacre_lab.reproduce.codes import CodeSettings
 from nacre_lab.reproduce.experiment import Experiment, LeftOut, Outcome, Request
+from nacre_lab.reproduce.kitchen import describe_kitchen
 from nacre_lab.reproduce.kitchen_page import kitchen_page
 from nacre_lab.reproduce.noise import MEASURES, Describe, NoiseSettings, NoiseStudy, run_noise
+from nacre_lab.reproduce.plates import describe_plates
 from nacre_lab.reproduce.samplers import DEFAULT, PREDICTED, SAMPLERS, find_sampler
 from nacre_lab.reproduce.tables import markdown_table
 from nacre_lab.reproduce.unseen import TooFewError, UnseenBases, separate, unseen_bases

@@ -13,9 +13,7 @@ from nacre.formats import identify, load_brdf
 from nacre.render import bsdf
 from nacre.render.engine import mitsuba
 from nacre.render.environment import load_environment
-from nacre.render.ray_count import rays_per_path
 from nacre.render.scene import PATH_DEPTH, describe_scene
-from nacre.render.throughput import race
 from nacre.runtime.progress import Progress, named
 from nacre_lab.reproduce.error_charts import error_strips, size_plot
 from nacre_lab.reproduce.experiment import Experiment, Outcome, Request
@@ -28,9 +26,11 @@ from nacre_lab.reproduce.methods import (
     TEXTURE_NETWORK,
     methods,
 )
+from nacre_lab.reproduce.ray_count import rays_per_path
 from nacre_lab.reproduce.spheres import mean_maps, sphere_pages
 from nacre_lab.reproduce.study import Study, run
 from nacre_lab.reproduce.summary import all_trials, markdown
+from nacre_lab.reproduce.throughput import race
 from nacre_lab.reproduce.trial import (
     ANGLES,
     HIGHER_IS_BETTER,

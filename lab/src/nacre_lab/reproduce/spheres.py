@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Floats
-from nacre.figures.page import FAINT, Figure, Page, broken, magma
+from nacre.figures.page import FAINT, Figure, Page, magma
+from nacre_lab.reproduce.chart import broken
 from nacre_lab.reproduce.study import Study
 from nacre_lab.reproduce.summary import readable, summarize
 from nacre_lab.reproduce.trial import TRUTH

@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats
+from nacre.array import Floats, Image
 from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.errors import require
 from nacre.metrics.metrics import angular_errors, image_errors
 from nacre.render.environment import Environment
 from nacre.render.lights import DIRECTIONS, Light
-from nacre.render.sphere import SIZE, Image, Mask, render_sphere, standard_lights
+from nacre.render.sphere import SIZE, Mask, render_sphere, standard_lights
 
 Figures = Mapping[str, float]
 """Values by the names in :data:`FIGURES`, such as "environment SSIM"."""

@@ -1,4 +1,4 @@
-"""A material as an asset with a thumbnail; nothing else of a session is touched."""
+"""A material as an asset with a thumbnail; nothing else in a session changes."""
 
 import math
 import tempfile
@@ -11,18 +11,17 @@ import bpy
 from nacre.export.blender_addon.nodes import build, describe, set_principled
 from nacre.export.blender_addon.reading import NacreMaterial
 
-_KEY = "nacre_asset"
-"""Custom property by which a script knows the material that it made before."""
+_KEY = "nacre_asset"  # custom property by which a script knows the material that it made before
 
 _PIXELS = 128
 _SAMPLES = 24
 
 
 def make_asset(given: NacreMaterial) -> Any:
-    """A Principled material of this file, as an asset.
+    """A Principled material for this file, as an asset.
 
-    One that this made before gets its parameters again, whatever it is called now; what was added
-    to its nodes stays.
+    A material that this function made before gets its parameters again, even if it was renamed;
+    nodes that were added to it stay.
     """
     key = f"{given.model} {given.name}"
     made = [m for m in bpy.data.materials if m.get(_KEY) == key and m.library is None]
@@ -42,7 +41,7 @@ def make_asset(given: NacreMaterial) -> Any:
 
 
 def mark(material: Any, given: NacreMaterial) -> None:
-    """Mark a material as an asset, with what is known of it."""
+    """Mark a material as an asset, with its facts."""
     material.asset_mark()
     asset = material.asset_data
     asset.description = "; ".join(f"{key}: {text}" for key, text in given.facts.items())[:1000]
@@ -52,8 +51,8 @@ def mark(material: Any, given: NacreMaterial) -> None:
 
 
 def studio() -> tuple[Any, Any]:
-    """A new scene that renders thumbnails, and the ball in it: under a key light, a rim light and a
-    gray sky.
+    """A new scene that renders thumbnails, and the ball in it: a key light, a rim light, a gray
+    sky.
     """
     scene = bpy.data.scenes.new("nacre thumbnail")
     scene.render.engine, scene.cycles.device = "CYCLES", "CPU"
@@ -92,7 +91,7 @@ def studio() -> tuple[Any, Any]:
 
 
 def thumbnail(scene: Any, ball: Any, material: Any) -> None:
-    """Render the preview of a material; without a window there is no job that would."""
+    """Render the preview of a material; Blender has no job for that without a window."""
     ball.data.materials.clear()
     ball.data.materials.append(material)
     with tempfile.TemporaryDirectory() as folder:
@@ -106,7 +105,7 @@ def thumbnail(scene: Any, ball: Any, material: Any) -> None:
 
 
 def _thumbnail_here(material: Any) -> None:
-    """The thumbnail in a scene of its own, of which nothing is left."""
+    """Render the thumbnail in a temporary scene."""
     scene, ball = studio()
     try:
         thumbnail(scene, ball, material)
@@ -123,6 +122,6 @@ def _background(tree: Any) -> Any:
 
 
 def _toward_center(place: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Euler angles of a lamp, which shines along its -z axis, at a place."""
+    """Euler angles of a lamp at a place; it shines along its -z axis."""
     x, y, z = place
     return math.atan2(math.hypot(x, y), z), 0.0, math.atan2(y, x) + math.pi / 2.0

@@ -41,7 +41,6 @@ class NACRE_OT_import_materials(bpy.types.Operator, ImportHelper):
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
 
     def execute(self, context: Any) -> set[str]:
-        """Import what can be read, and report what cannot."""
         names = [each.name for each in self.files if each.name]
         paths = [Path(self.directory, name) for name in names] or [Path(self.filepath)]
         count, errors = 0, []
@@ -79,12 +78,11 @@ class NACRE_OT_make_library(bpy.types.Operator):
     )
 
     def invoke(self, context: Any, event: Any) -> set[str]:
-        """Ask for the folder and the options."""
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
     def execute(self, context: Any) -> set[str]:
-        """Start a Blender of its own, which leaves this session as it is."""
+        """Start another Blender, which leaves this session as it is."""
         self._folder = Path(bpy.path.abspath(self.directory))
         if not self.directory or not self._folder.is_dir():
             return self._failed("choose a folder")
@@ -107,7 +105,7 @@ class NACRE_OT_make_library(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Any, event: Any) -> set[str]:
-        """Wait; Escape gives up."""
+        """Wait; Escape cancels."""
         stop = event.type == "ESC"
         if not stop and (event.type != "TIMER" or self._process.poll() is None):
             return {"PASS_THROUGH"}
@@ -142,7 +140,7 @@ class NACRE_OT_make_library(bpy.types.Operator):
 
 
 class NACRE_PT_material(bpy.types.Panel):
-    """What is known of an imported material."""
+    """Facts about an imported material."""
 
     bl_label = "nacre"
     bl_space_type = "PROPERTIES"
@@ -151,11 +149,9 @@ class NACRE_PT_material(bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: Any) -> bool:
-        """Whether the material was imported."""
         return bool(facts_of(context.material))
 
     def draw(self, context: Any) -> None:
-        """A row for each fact."""
         for label, text in facts_of(context.material).items():
             row = self.layout.split(factor=0.35)
             row.label(text=label)
@@ -163,18 +159,18 @@ class NACRE_PT_material(bpy.types.Panel):
 
 
 def facts_of(material: Any) -> dict[str, str]:
-    """Facts that a material was imported with, by label; users may have edited them."""
+    """Facts that were imported with a material, by label; users may have edited them."""
     group = material.get(PROPERTY) if material else None
     known = group.to_dict() if group is not None and hasattr(group, "to_dict") else {}
     return {str(label): str(text) for label, text in known.items()}
 
 
 _MARK = "nacre: "
-"""What lines begin with that the Blender of a library prints for the one that started it."""
+"""Prefix of the lines that a library's Blender prints for the one that started it."""
 
 
 def _add_library(libraries: Any, folder: Path) -> None:
-    """Make a folder one of the libraries of the preferences, where it is none."""
+    """Add a folder to the asset libraries in the preferences, unless it is one."""
     paths = [Path(bpy.path.abspath(library.path)).resolve() for library in libraries]
     if folder.resolve() not in paths:
         libraries.new(name=folder.name, directory=str(folder))
@@ -189,27 +185,25 @@ _CLASSES = NACRE_OT_import_materials, NACRE_OT_make_library, NACRE_PT_material
 
 
 def register() -> None:
-    """Called by Blender."""
     for each in _CLASSES:
         bpy.utils.register_class(each)
     bpy.types.TOPBAR_MT_file_import.append(_import_menu)
 
 
 def unregister() -> None:
-    """Called by Blender."""
     bpy.types.TOPBAR_MT_file_import.remove(_import_menu)
     for each in reversed(_CLASSES):
         bpy.utils.unregister_class(each)
 
 
 def _main(folder: str) -> None:
-    """Write the library of a folder; the exit code is 1 where that fails."""
+    """Write the library of a folder; the exit code is 1 if that fails."""
     try:
         for line in write_library(Path(folder)):
             print(f"{_MARK}{line}", flush=True)
     except MaterialError as error:
         print(f"{_MARK}{error}", flush=True)
-        # Blender would go on with code 0 after an exception.
+        # After an exception, Blender would continue and exit with code 0.
         os._exit(1)
 
 

@@ -1,4 +1,4 @@
-"""A folder of materials as an asset library: a .blend with thumbnails, and a file of catalogs."""
+"""A folder of materials as an asset library: a .blend with thumbnails, and its catalogs."""
 
 import os
 import uuid
@@ -12,26 +12,18 @@ from nacre.export.blender_addon.nodes import build
 from nacre.export.blender_addon.reading import MaterialError, read_file
 
 LIBRARY = "nacre_materials.blend"
-"""Name of the file that a library of a folder is."""
+"""File name of a folder's library."""
 
 CATALOGS = "blender_assets.cats.txt"
-"""Name that Blender gives the file of a library's catalogs."""
+"""Blender's file name for the catalogs of a library."""
 
 
 def write_library(folder: Path) -> Iterator[str]:
-    """Write :data:`LIBRARY` of all nacre files in a folder, in an empty session of Blender.
+    """Write :data:`LIBRARY` with all nacre files in a folder, in an empty session of Blender.
 
-    Replaces what the session holds, and a library that is there. Catalogs are added to those
-    that the folder has.
-
-    Yields
-    ------
-    A line for each file that is done or skipped
-
-    Raises
-    ------
-    MaterialError
-        If there is no material, or the folder cannot be written.
+    This replaces the contents of the session, and an existing library; catalogs are added to those
+    in the folder. Yields a line for each file that is done or skipped. Raises MaterialError if
+    there is no material, or the folder cannot be written.
     """
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene, ball = studio()
@@ -61,12 +53,12 @@ def write_library(folder: Path) -> Iterator[str]:
 
 
 def _catalog(model: str) -> uuid.UUID:
-    """Always the same for a model, so that libraries of several folders share it."""
+    """The same id for a model everywhere, so that libraries in different folders share it."""
     return uuid.uuid5(uuid.NAMESPACE_URL, f"nacre/{model}")
 
 
 def _add_catalogs(path: Path, models: set[str]) -> None:
-    """Catalogs of models, after those that are there."""
+    """Add catalogs for models after the existing ones."""
     text = path.read_text("utf-8") if path.exists() else "VERSION 1\n\n"
     lines = [f"{_catalog(model)}:nacre/{model}:nacre-{model}" for model in sorted(models)]
     missing = [line for line in lines if line.partition(":")[0] not in text]

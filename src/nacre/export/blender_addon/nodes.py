@@ -1,4 +1,4 @@
-"""Materials of nodes: a mixture of closures whose shapes follow the facing ratio, or Principled."""
+"""Materials from nodes: closures whose shapes depend on the facing ratio, or Principled."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,17 +8,17 @@ import bpy
 from nacre.export.blender_addon.reading import BENDS, FACING, LOBES, NacreMaterial, Rows
 
 PROPERTY = "nacre"
-"""Custom property of a material: what is known of it."""
+"""Custom property of a material with facts about it."""
 
 _LOBE = "nacre bent GGX"
 
 
 def build(given: NacreMaterial) -> Any:
-    """A new material of this file; one of the same name stays as it is beside it."""
+    """A new material for this file; one with the same name stays as it is."""
     material = bpy.data.materials.new(given.name)
     if bpy.app.version < (5, 0, 0):
         material.use_nodes = True
-    material.use_fake_user = True  # else it is lost where no object has it
+    material.use_fake_user = True  # otherwise it is lost if no object uses it
     # Cycles would darken closures whose normals are not the surface's, and turn such normals.
     material.cycles.use_bump_map_correction = False
     tree = material.node_tree
@@ -32,7 +32,7 @@ def build(given: NacreMaterial) -> Any:
 
 
 def describe(material: Any, given: NacreMaterial, left_out: list[str]) -> None:
-    """Keep with a material what is known of it, with parameters that Blender has no input for."""
+    """Store facts with a material, and the parameters that this Blender has no input for."""
     facts = {"Name": given.name, **given.facts}
     if left_out:
         facts["Left out"] = f"{', '.join(left_out)}: this Blender has no such input"
@@ -51,7 +51,7 @@ def _closures(tree: Any, given: NacreMaterial) -> tuple[Any, list[str]]:
 def _principled(tree: Any, given: NacreMaterial) -> tuple[Any, list[str]]:
     node = tree.nodes.new("ShaderNodeBsdfPrincipled")
     if "anisotropic" in given.values:
-        # Without it, Blender takes a tangent about the z axis of the object.
+        # Otherwise Blender uses a tangent around the object's z axis.
         tangent = tree.nodes.new("ShaderNodeTangent")
         tangent.direction_type, tangent.location = "UV_MAP", (-300.0, 0.0)
         tree.links.new(tangent.outputs[0], node.inputs["Tangent"])
@@ -59,7 +59,7 @@ def _principled(tree: Any, given: NacreMaterial) -> tuple[Any, list[str]]:
 
 
 def set_principled(node: Any, values: dict[str, Rows]) -> list[str]:
-    """Give a Principled node its parameters; names of those that it has no input for."""
+    """Set the parameters of a Principled node; returns those that it has no input for."""
     node.distribution = "MULTI_GGX"
     sockets = {socket.identifier.lower().replace(" ", "_"): socket for socket in node.inputs}
     for name in values.keys() & sockets.keys():
@@ -69,15 +69,11 @@ def set_principled(node: Any, values: dict[str, Rows]) -> list[str]:
 
 
 def closure_group(values: dict[str, Rows], name: str) -> Any:
-    """A node group: a diffuse and GGX closures, with ramps and curves of the facing ratio.
+    """A node group: diffuse and GGX closures, with ramps and curves over the facing ratio.
 
-    Its input `Normal` may stay empty. Normals of closures are normalize(N + bend V).
-
-    Parameters
-    ----------
-    values
-        Of the model `closures`: `diffuse` and `color1`, ... are ramps, `bend0`, ... and
-        `roughness1`, ... are curves.
+    Its input `Normal` may stay empty. Normals of closures are normalize(N + bend V). Values are
+    those of the model `closures`: `diffuse` and `color1`, ... are ramps, `bend0`, ... and
+    `roughness1`, ... are curves.
     """
     group = _new_group(f"{name} closures", {"Normal": "Vector"})
     nodes = _Nodes(group)
@@ -106,10 +102,10 @@ def closure_group(values: dict[str, Rows], name: str) -> Any:
 
 
 def _lobe_group() -> Any:
-    """The group of one GGX closure, shared by all materials.
+    """The group for one GGX closure, shared by all materials.
 
-    Blender has one roughness, r, and an anisotropy, a: squares of the roughnesses along and across
-    are r^2 (1 - a) and r^2 / (1 - a) for positive a, exchanged for negative ones.
+    Blender has one roughness r and an anisotropy a: the squared roughnesses along and across are
+    r^2 (1 - a) and r^2 / (1 - a) for positive a, and swapped for negative a.
     """
     for group in bpy.data.node_groups:
         if group.name.startswith(_LOBE) and group.get(PROPERTY) == 1 and not group.library:
@@ -131,7 +127,7 @@ def _lobe_group() -> Any:
     product = nodes.math("MULTIPLY", 1, 1, given["Along"], given["Across"])
     larger = nodes.math("MAXIMUM", 1, 2, given["Along"], given["Across"])
     difference = nodes.math("SUBTRACT", 1, 3, given["Across"], given["Along"])
-    # Seen from straight above, the view is no tangent: then any direction will do.
+    # From straight above, the view gives no tangent, and any direction will do.
     aside = nodes.vector("ADD", 1, 4, view)
     aside.node.inputs[1].default_value = 6e-5, -4e-5, 7e-5
     closure = nodes.new("ShaderNodeBsdfAnisotropic", 5, 1, Color=given["Color"], Tangent=aside)
@@ -145,7 +141,7 @@ def _lobe_group() -> Any:
 
 
 def _new_group(name: str, inputs: dict[str, str]) -> Any:
-    """A group with a shader as its output."""
+    """A group whose output is a shader."""
     group = bpy.data.node_groups.new(name, "ShaderNodeTree")
     for each, kind in inputs.items():
         socket = group.interface.new_socket(each, in_out="INPUT", socket_type=f"NodeSocket{kind}")
@@ -155,13 +151,13 @@ def _new_group(name: str, inputs: dict[str, str]) -> Any:
 
 
 class _Nodes:
-    """Nodes of a tree, in columns and rows."""
+    """Nodes of a tree, placed in columns and rows."""
 
     def __init__(self, tree: Any) -> None:
         self._tree = tree
 
     def new(self, kind: str, column: int, row: int, group: Any = None, **inputs: Any) -> Any:
-        """A node, of a group if it is one, with some of its inputs linked."""
+        """A new node; `group` makes it an instance of a node group, and `inputs` are linked."""
         node = self._tree.nodes.new(kind)
         node.location = 280.0 * column, -300.0 * row
         if group is not None:
@@ -171,11 +167,9 @@ class _Nodes:
         return node
 
     def math(self, operation: str, column: int, row: int, *operands: Any) -> Any:
-        """Output of a node of arithmetic."""
         return self._operation("ShaderNodeMath", operation, column, row, operands).outputs[0]
 
     def vector(self, operation: str, column: int, row: int, *operands: Any) -> Any:
-        """Output of a node of vector arithmetic."""
         node = self._operation("ShaderNodeVectorMath", operation, column, row, operands)
         return node.outputs["Value" if operation == "DOT_PRODUCT" else "Vector"]
 
@@ -197,15 +191,15 @@ def _scaled(nodes: _Nodes, column: int, row: int, vector: Any, factor: Any) -> A
 
 
 def _bent(nodes: _Nodes, column: int, normal: Any, view: Any, bend: Any) -> Any:
-    """Output of nodes: normalize(N + bend V)."""
+    """normalize(N + bend V) as nodes."""
     added = nodes.vector("ADD", column + 1, 0, normal, _scaled(nodes, column, 0, view, bend))
     return nodes.vector("NORMALIZE", column + 2, 0, added)
 
 
 def _normal(nodes: _Nodes) -> Any:
-    """The normal of the group's input, or where that is empty the surface's.
+    """The normal from the group's input or, if that is empty, the surface's.
 
-    A renderer puts the surface's into an empty input of a closure, not of a group: there it is 0.
+    Renderers fill an empty normal of a closure with the surface's, but that of a group is 0.
     """
     given = nodes.new("NodeGroupInput", -2, 0).outputs["Normal"]
     surface = nodes.new("ShaderNodeNewGeometry", -2, 1).outputs["Normal"]
@@ -216,7 +210,7 @@ def _normal(nodes: _Nodes) -> Any:
 
 
 def _ramp(nodes: _Nodes, rows: Rows, label: str, facing: Any, column: int, row: int) -> Any:
-    """Output of a color ramp through a table of three rows."""
+    """A color ramp through a table with three rows."""
     node = nodes.new("ShaderNodeValToRGB", column, row)
     node.label = label
     nodes.link(facing, node.inputs[0])
@@ -230,7 +224,7 @@ def _ramp(nodes: _Nodes, rows: Rows, label: str, facing: Any, column: int, row: 
 
 
 def _curve(nodes: _Nodes, row: list[float], label: str, facing: Any, column: int, at: int) -> Any:
-    """Output of a curve of straight lines through a row."""
+    """A curve of straight segments through a row."""
     node = nodes.new("ShaderNodeFloatCurve", column, at)
     node.label = label
     nodes.link(facing, node.inputs["Value"])
@@ -248,7 +242,7 @@ def _curve(nodes: _Nodes, row: list[float], label: str, facing: Any, column: int
 
 
 def _viewport(given: NacreMaterial) -> list[float]:
-    """Color of solid views: about what is reflected toward a viewer straight above."""
+    """Color in solid views: about what is reflected toward a viewer straight above."""
     values = given.values
     if given.model != "closures":
         return [row[0] for row in values["base_color"]]

@@ -1,4 +1,4 @@
-"""A nacre file (.json), checked before anything of it reaches Blender."""
+"""A nacre file (.json), checked before anything from it reaches Blender."""
 
 import json
 from dataclasses import dataclass, field
@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 Rows = list[list[float]]
-"""A table: up to three rows, those of a color one a channel; a number is one row of one."""
+"""A table of up to three rows: a color has a row per channel, a number one row of one."""
 
 FACING = tuple(k / 15 for k in (0, 1, 2, 3, 5, 7, 9, 12, 15))
-"""Cosines between normal and view where tables of closures have their numbers."""
+"""Cosines between normal and view at the nodes of closures' tables."""
 
 LOBES = 3
 """GGX closures of a mixture."""
@@ -20,28 +20,17 @@ BENDS = -0.9, 5.0
 _MAX_BYTES = 1 << 20
 _MAX_TEXT = 200
 _SETTINGS = frozenset({"gain", "samples", "starts", "seed"})
-"""Of fits, which say nothing of the result."""
-_Table = tuple[int, float, float]
-"""Rows of a table, and the range of its numbers."""
+"""Settings of fits, which tell nothing about the result."""
+_Table = tuple[int, float, float]  # rows of a table, and the range of its numbers
 
 
 class MaterialError(Exception):
-    """A file is not what can be imported; the message is one line."""
+    """A file cannot be imported; the message is one line."""
 
 
 @dataclass(frozen=True)
 class NacreMaterial:
-    """What a file holds.
-
-    Parameters
-    ----------
-    name, model
-        As in the file.
-    values
-        Tables by the names of the model's parameters.
-    facts
-        What is known of it, for people: text by label.
-    """
+    """The contents of a file: tables by parameter name, and facts for people by label."""
 
     name: str
     model: str
@@ -50,7 +39,7 @@ class NacreMaterial:
 
 
 def read_file(path: Path) -> NacreMaterial:
-    """Read a material; MaterialError if the file is no such, too long, or cannot be read."""
+    """Read a material; MaterialError if the file is not one, too long, or cannot be read."""
     try:
         with path.open("rb") as file:
             text = file.read(_MAX_BYTES + 1)
@@ -60,7 +49,7 @@ def read_file(path: Path) -> NacreMaterial:
 
 
 def read(text: str | bytes, place: str) -> NacreMaterial:
-    """Read a material from the text of a file; errors begin with `place`."""
+    """Read a material from the text of a file; errors start with `place`."""
     try:
         return _material(_parsed(text), place)
     except MaterialError as error:
@@ -68,7 +57,7 @@ def read(text: str | bytes, place: str) -> NacreMaterial:
 
 
 def one_line(text: object) -> str:
-    """Text of a file as people see it: on one line, of bounded length."""
+    """Text from a file as people see it: on one line, with bounded length."""
     return " ".join("".join(c if c.isprintable() else " " for c in str(text)).split())[:_MAX_TEXT]
 
 
@@ -80,7 +69,7 @@ def _parsed(text: str | bytes) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         raise MaterialError(f"is not whole JSON: {one_line(error)}") from error
     if not isinstance(content, dict) or not isinstance(content.get("model"), str):
-        raise MaterialError("is no nacre material: it names no model")
+        raise MaterialError("is not a nacre material: it names no model")
     return content
 
 
@@ -92,7 +81,7 @@ def _material(content: dict[str, Any], place: str) -> NacreMaterial:
             "nacre export --to blender-addon writes any material as closures"
         )
     if content.get("version", 1) != 1:
-        raise MaterialError("is of another version of nacre; update the add-on")
+        raise MaterialError("was written by another version of nacre; update the add-on")
     if not isinstance(given, dict):
         raise MaterialError("has no parameters")
     values = {one_line(name): _rows(one_line(name), value) for name, value in given.items()}
@@ -108,21 +97,23 @@ def _rows(name: str, value: Any) -> Rows:
         value = [value]
     rows = [row if isinstance(row, list) else [row] for row in value]
     if not 1 <= len(rows) <= 3 or any(len(row) != len(rows[0]) for row in rows):
-        raise MaterialError(f"{name} is no number, color or table")
+        raise MaterialError(f"{name} is not a number, color or table")
     return [[_number(name, number) for number in row] for row in rows]
 
 
 def _number(name: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
-        raise MaterialError(f"{name} holds {one_line(json.dumps(value))[:40]}, no number below 1e6")
+        raise MaterialError(
+            f"{name} holds {one_line(json.dumps(value))[:40]}, not a number below 1e6"
+        )
     return float(value)
 
 
 def _check(values: dict[str, Rows], known: dict[str, _Table], nodes: int) -> None:
-    """MaterialError where the tables are not those of a model, of so many nodes and in range."""
+    """MaterialError unless the tables are those of the model, with all nodes, and in range."""
     if values.keys() != known.keys():
         names = sorted(values.keys() ^ known.keys())
-        raise MaterialError(f"parameters lack or should lack {', '.join(names)[:80]}")
+        raise MaterialError(f"missing or unknown parameters: {', '.join(names)[:80]}")
     for name, rows in values.items():
         height, low, high = known[name]
         if len(rows) != height or len(rows[0]) != nodes:
@@ -162,7 +153,7 @@ MODELS = {
 
 
 def _facts(content: dict[str, Any]) -> dict[str, str]:
-    """What the file says of errors, source and terms."""
+    """What the file tells about errors, source and terms."""
     metadata = content.get("metadata")
     parts = metadata if isinstance(metadata, dict) else {}
     facts = {"Model": one_line(content["model"])}

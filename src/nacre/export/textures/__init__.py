@@ -1,4 +1,4 @@
-"""Encoded textures as half-float texture arrays, and as the code that decodes them."""
+"""Encoded textures as half-float texture arrays, and as code that decodes them."""
 
 from nacre.export.textures.atlas import TextureAtlas
 from nacre.export.textures.heights import HeightField

@@ -21,7 +21,7 @@ _TEXELS, _PAIRS = 256, 512
 
 
 def error_lines(texture: Btf, atlas: TextureAtlas) -> list[str]:
-    """Lines on the errors of the codes and of the arrays."""
+    """Lines about the errors of the codes and of the arrays."""
     known = texture.describe()
     errors = {key: known.get(key) for key in ("MSE x 1e4", "relative RMSE")}
     stated = [f"{key} {value:.4g}" for key, value in errors.items() if isinstance(value, float)]
@@ -33,7 +33,7 @@ def error_lines(texture: Btf, atlas: TextureAtlas) -> list[str]:
 
 
 def mean_squared_error(atlas: TextureAtlas, latent: LatentMap) -> float:
-    """Of the arrays of an atlas; see :func:`factors_error`."""
+    """The error of an atlas; see :func:`factors_error`."""
     weights = atlas.level_weights()[0].reshape(-1, LUMAS + 2 * CHROMAS).astype(np.float32)
     return factors_error(latent, weights, atlas.function_rows(), LUMAS)
 
@@ -41,20 +41,11 @@ def mean_squared_error(atlas: TextureAtlas, latent: LatentMap) -> float:
 def factors_error(
     latent: LatentMap, weights: Floats, functions: npt.NDArray[Any], lumas: int
 ) -> float:
-    """Mean square of errors of reflectance factors, at some texels and pairs of directions, which
-    are as dense as the product of their cosines.
+    """Mean squared error of reflectance factors, at some texels and cosine-distributed directions.
 
-    Parameters
-    ----------
-    latent
-        What is exact.
-    weights
-        Of its texels, shape (t, lumas + 2 chromas).
-    functions
-        At the nodes of a grid of directions, shape (nodes, lumas + chromas); see
-        :class:`nacre.textures.factors.Factors`.
-    lumas
-        How many functions are of luma.
+    `latent` is exact. Weights are those of its texels, shape (t, lumas + 2 chromas), and functions
+    are at nodes of a grid of directions, shape (nodes, lumas + chromas), as in
+    :class:`nacre.textures.factors.Factors`.
     """
     random = np.random.default_rng(0)
     u = random.random((4, _PAIRS))

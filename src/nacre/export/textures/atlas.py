@@ -1,4 +1,4 @@
-"""An encoded texture as arrays of half floats that shaders read."""
+"""An encoded texture as arrays of half floats for shaders."""
 
 from __future__ import annotations
 
@@ -23,30 +23,30 @@ from nacre.textures.mipmap import level_shapes
 Halves = npt.NDArray[np.float16]
 
 RESOLUTION = 16
-"""Of the grid of directions: 15 MB of functions."""
+"""Nodes along each axis of the grid of directions; functions then take 15 MB."""
 LARGEST = 4096
-"""Pixels along an edge of an array: what nearly all graphics cards can hold."""
+"""Pixels along an edge of an array that nearly all graphics cards support."""
 LUMA_LAYERS, CHROMA_LAYERS = LUMAS // 4, CHROMAS // 4
-"""Of functions: four to a layer."""
+"""Layers of functions, four functions in each."""
 
 
 @dataclass(frozen=True, eq=False)
 class TextureAtlas:
-    """The factors of a texture (:mod:`nacre.textures.factors`), and lobes to sample by.
+    """The factors of a texture (:mod:`nacre.textures.factors`), and lobes for sampling.
 
     Parameters
     ----------
     height, width
-        Of the map.
+        Size of the map.
     weights
-        Of texels of all levels, shape (layers, rows, columns, 4): of luma, then of the first and of
-        the second value of the pair. Level 0 begins in the corner; the others lie in a strip along
-        its longer side, see :func:`level_origin`.
+        For texels of all levels, shape (layers, rows, columns, 4): luma, then the first and the
+        second value of the chroma pair. Level 0 starts in the corner; the others lie in a strip
+        along its longer side, see :func:`level_origin`.
     functions
-        At the nodes of the grid of directions, shape (layers, R^2, R^2, 4): those of luma, then of
-        the pair. Row ly R + vy and column lx R + vx hold light (lx, ly) with view (vx, vy).
+        At the nodes of the grid of directions, shape (layers, R^2, R^2, 4): luma, then chroma. Row
+        ly R + vy and column lx R + vx hold light (lx, ly) with view (vx, vy).
     lobes
-        Of every k-th texel, shape (rows, columns, 4).
+        For every k-th texel, shape (rows, columns, 4).
     heights
         For parallax.
     """
@@ -65,13 +65,10 @@ class TextureAtlas:
         resolution: int = RESOLUTION,
         heights: HeightField | None = None,
     ) -> TextureAtlas:
-        """The atlas of an encoded texture, with a grid of directions of some resolution.
+        """The atlas of an encoded texture; `resolution` is that of the grid of directions.
 
-        Raises
-        ------
-        NacreError
-            If it is not encoded, its codec knows its own directions only, it is larger than
-            :data:`LARGEST`, or half floats cannot hold it.
+        Raises NacreError if the texture is not encoded, its codec works for its own directions
+        only, it is larger than :data:`LARGEST`, or half floats cannot hold it.
         """
         latent = encoded(material)
         height, width = latent.codes.shape[:2]
@@ -80,7 +77,7 @@ class TextureAtlas:
         if max(rows, columns) > LARGEST:
             raise NacreError(
                 f"{latent.name}: {width} x {height} texels with their mipmaps need an array of "
-                f"{columns} x {rows}; {LARGEST} x {LARGEST} are the most"
+                f"{columns} x {rows}; the limit is {LARGEST} x {LARGEST}"
             )
         factors = factor(latent, resolution, levels)
         return cls(
@@ -94,12 +91,12 @@ class TextureAtlas:
 
     @property
     def resolution(self) -> int:
-        """Of the grid of directions."""
+        """Resolution of the grid of directions."""
         return math.isqrt(self.functions.shape[1])
 
     @property
     def levels(self) -> int:
-        """From the map to a single texel."""
+        """The number of levels from the map to a single texel."""
         return len(level_shapes(self.height, self.width))
 
     def level_weights(self) -> list[Halves]:
@@ -112,13 +109,13 @@ class TextureAtlas:
         return found
 
     def function_rows(self) -> Halves:
-        """Functions at nodes, shape (nodes, numbers); lights are more significant than views."""
+        """Functions at nodes, shape (nodes, numbers); views vary fastest."""
         size = self.resolution
         grid = self.functions.transpose(1, 2, 0, 3).reshape(size, size, size, size, -1)
         return np.ascontiguousarray(grid.swapaxes(1, 2).reshape(size**4, -1))
 
     def textures(self) -> dict[str, Halves]:
-        """All arrays, by what their names end with."""
+        """All arrays, by the ends of their names."""
         found = {"weights": self.weights, "functions": self.functions, "lobes": self.lobes}
         return found if self.heights is None else found | {"heights": self.heights.pixels}
 
@@ -128,13 +125,7 @@ class TextureAtlas:
 
 
 def encoded(material: Brdf | Btf | LatentMap) -> LatentMap:
-    """The codes of a texture that decodes at any directions.
-
-    Raises
-    ------
-    NacreError
-        If the material is no such texture.
-    """
+    """The codes of a texture that decodes at any directions; NacreError if there are none."""
     name = material.name or "this material"
     latent = material if isinstance(material, LatentMap) else getattr(material, "latent", None)
     if not isinstance(latent, LatentMap):
@@ -148,9 +139,9 @@ def encoded(material: Brdf | Btf | LatentMap) -> LatentMap:
 
 
 def level_origin(height: int, width: int, level: int) -> tuple[int, int]:
-    """Row and column where a level begins in the atlas.
+    """Row and column where a level starts in the atlas.
 
-    Levels after the first lie side by side along the longer side of the map: each begins where the
+    Levels after the first lie side by side along the longer side of the map: each starts where the
     one before would end if no size were rounded down.
     """
     if level == 0:
@@ -161,7 +152,7 @@ def level_origin(height: int, width: int, level: int) -> tuple[int, int]:
 
 
 def atlas_shape(height: int, width: int) -> tuple[int, int]:
-    """Rows and columns of the atlas of a map."""
+    """Rows and columns of a map's atlas."""
     shapes = level_shapes(height, width)
     ends = [np.add(level_origin(height, width, level), shape) for level, shape in enumerate(shapes)]
     rows, columns = np.max(ends, axis=0).tolist()
@@ -169,7 +160,7 @@ def atlas_shape(height: int, width: int) -> tuple[int, int]:
 
 
 def _packed(name: str, weights: Floats, height: int, width: int) -> Halves:
-    """Weights (t, 4 layers) of all levels, one after the other, as they lie in the atlas."""
+    """Weights (t, 4 layers) for all levels in sequence, placed in the atlas."""
     atlas = np.zeros((*atlas_shape(height, width), weights.shape[1]), np.float32)
     start = 0
     for level, (rows, columns) in enumerate(level_shapes(height, width)):
@@ -181,13 +172,13 @@ def _packed(name: str, weights: Floats, height: int, width: int) -> Halves:
 
 
 def _tiled(name: str, functions: Floats, resolution: int) -> Halves:
-    """Functions (nodes, 4 layers) as tiles of views, one for each light."""
+    """Functions (nodes, 4 layers) as one tile of views for each light."""
     grid = _halves(name, functions).reshape(*(resolution,) * 4, -1)
     return _layers(grid.swapaxes(1, 2).reshape(resolution**2, resolution**2, -1))
 
 
 def _layers(values: Halves) -> Halves:
-    """Pictures of four numbers each, shape (layers, rows, columns, 4), of (rows, columns, n)."""
+    """Values (rows, columns, n) as pictures with four numbers, shape (layers, rows, columns, 4)."""
     rows, columns, count = values.shape
     return np.ascontiguousarray(values.reshape(rows, columns, count // 4, 4).transpose(2, 0, 1, 3))
 

@@ -1,11 +1,13 @@
-"""The functions that read an atlas, once for all shading languages.
+"""The functions that read an atlas, written once for all shading languages.
 
-`@` stands for the name of the material and `_`, `$type` for a type or what declares a variable of
-it, other `$name` for a number of the material.
+In their bodies `@` stands for the name of the material and `_`, `$type` for a type or the keyword
+that declares a variable of that type, other `$name` for a number of the material. Comments between
+functions are not exported.
 """
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 
@@ -19,119 +21,79 @@ class Code:
     body: str
 
 
-LEVEL = Code(
-    "level",
-    "float",
-    {"along": "vec2", "across": "vec2"},
-    """
+def _functions(text: str) -> tuple[Code, ...]:
+    found = re.findall(r"^(\w+) (\w+)\(([^)]*)\) {\n(.*?)\n}$", text, re.MULTILINE | re.DOTALL)
+    return tuple(
+        Code(name, kind, {each: of for of, each in map(str.split, given.split(", "))}, body)
+        for kind, name, given, body in found
+    )
+
+
+READING = _functions("""
+// The level of a pixel, from differences of texture coordinates to its neighbors.
+float level(vec2 along, vec2 across) {
     $let_vec2 size = $vec2($width, $height);
     return log2(max(max(length(along * size), length(across * size)), 1.0));
-""",
-)
-"""Of differences of texture coordinates from a pixel to its neighbors."""
+}
 
-_SIZE = Code(
-    "size",
-    "ivec2",
-    {"level": "int"},
-    """
+ivec2 size(int level) {
     return $ivec2(max($width_i >> $uint(level), 1), max($height_i >> $uint(level), 1));
-""",
-)
+}
 
-_ORIGIN = Code(
-    "origin",
-    "ivec2",
-    {"level": "int"},
-    """
+ivec2 origin(int level) {
     if (level == 0) {
         return $ivec2(0, 0);
     }
     return $strip;
-""",
-)
+}
 
-_PLACE = Code(
-    "texel_place",
-    "vec2",
-    {"uv": "vec2", "level": "int"},
-    """
+vec2 texel_place(vec2 uv, int level) {
     return $fract(uv) * $vec2(@size(level)) - 0.5;
-""",
-)
+}
 
-_CORNERS = Code(
-    "corners",
-    "ivec4",
-    {"uv": "vec2", "level": "int"},
-    """
+// Columns and rows in the atlas of the four texels around a point; the texture repeats.
+ivec4 corners(vec2 uv, int level) {
     $let_ivec2 size = @size(level);
     $let_ivec2 low = $ivec2(floor(@texel_place(uv, level)));
     $let_ivec2 start = @origin(level);
     $let_ivec2 one = start + (low + size) % size;
     $let_ivec2 other = start + (low + $ivec2(1, 1)) % size;
     return $ivec4(one.x, other.x, one.y, other.y);
-""",
-)
-"""Columns and rows in the atlas of the four texels around a point of a texture that repeats."""
+}
 
-_FRACTIONS = Code(
-    "fractions",
-    "vec4",
-    {"uv": "vec2", "level": "int"},
-    """
+vec4 fractions(vec2 uv, int level) {
     $let_vec2 after = $fract(@texel_place(uv, level));
     $let_vec2 before = 1.0 - after;
     return $vec4(before.x * before.y, after.x * before.y, before.x * after.y, after.x * after.y);
-""",
-)
+}
 
-_PRODUCTS = Code(
-    "products",
-    "vec4",
-    {"corners": "ivec4", "layer": "int", "functions": "vec4"},
-    """
+// For each texel, four weights times four functions.
+vec4 products(ivec4 corners, int layer, vec4 functions) {
     return $vec4(
         dot(@weights_at(corners.xz, layer), functions),
         dot(@weights_at(corners.yz, layer), functions),
         dot(@weights_at(corners.xw, layer), functions),
         dot(@weights_at(corners.yw, layer), functions));
-""",
-)
-"""Of each texel, four weights times four functions."""
+}
 
-_FUNCTIONS = Code(
-    "functions_at",
-    "vec4",
-    {"tile": "vec2", "between": "vec2", "layer": "int"},
-    """
+// Functions of a layer: the sampler interpolates between views, this between lights.
+vec4 functions_at(vec2 tile, vec2 between, int layer) {
     $let_vec4 upper = $mix(@tile_at(tile, layer),
         @tile_at(tile + $vec2($tile, 0.0), layer), between.x);
     $let_vec4 lower = $mix(@tile_at(tile + $vec2(0.0, $tile), layer),
         @tile_at(tile + $vec2($tile, $tile), layer), between.x);
     return $mix(upper, lower, between.y);
-""",
-)
-"""Functions of a layer: between views by the sampler, between lights here."""
+}
 
-_MEAN = Code(
-    "mean",
-    "vec3",
-    {"fractions": "vec4", "luma": "vec4", "difference": "vec4", "total": "vec4"},
-    """
+// Mean reflectance of four texels: functions give its roots, so that texels are mixed last.
+vec3 mean(vec4 fractions, vec4 luma, vec4 difference, vec4 total) {
     return fractions.x * @joined($vec3(luma.x, difference.x, total.x))
         + fractions.y * @joined($vec3(luma.y, difference.y, total.y))
         + fractions.z * @joined($vec3(luma.z, difference.z, total.z))
         + fractions.w * @joined($vec3(luma.w, difference.w, total.w));
-""",
-)
-"""Reflectance of four texels: functions stand for roots of it, so that texels are mixed last."""
+}
 
-EVAL = Code(
-    "eval",
-    "vec3",
-    {"uv": "vec2", "level": "float", "wi": "vec3", "wo": "vec3"},
-    """
+vec3 eval(vec2 uv, float level, vec3 wi, vec3 wo) {
     if (wi.z <= 0.0 || wo.z <= 0.0) {
         return $vec3(0.0);
     }
@@ -176,38 +138,21 @@ EVAL = Code(
         factor = $mix(factor, other, after);
     }
     return factor * $inverse_pi;
-""",
-)
+}
 
-PDF = Code(
-    "pdf",
-    "float",
-    {"uv": "vec2", "wi": "vec3", "wo": "vec3"},
-    """
+float pdf(vec2 uv, vec3 wi, vec3 wo) {
     return @lobe_pdf(@lobe_at(uv), wi, wo);
-""",
-)
+}
 
-SAMPLE = Code(
-    "sample",
-    "vec4",
-    {"uv": "vec2", "wo": "vec3", "u": "vec3"},
-    """
+vec4 sample(vec2 uv, vec3 wo, vec3 u) {
     return @lobe_sample(@lobe_at(uv), wo, u);
-""",
-)
-
-READING = (
-    LEVEL, _SIZE, _ORIGIN, _PLACE, _CORNERS, _FRACTIONS, _PRODUCTS, _FUNCTIONS, _MEAN, EVAL, PDF,
-    SAMPLE,
-)  # fmt: skip
+}
+""")
 """All functions of every atlas, in the order in which they use each other."""
 
-PARALLAX = Code(
-    "parallax",
-    "vec2",
-    {"uv": "vec2", "wo": "vec3"},
-    """
+(PARALLAX,) = _functions("""
+// Where the ray that would hit the plane hits the field (see render/textures/relief.py).
+vec2 parallax(vec2 uv, vec3 wo) {
     $let_vec2 along = $vec2(wo.x, wo.y * -$aspect) / max(wo.z, 0.1);
     $let_vec2 pixels = abs(along) * $vec2($columns, $rows) * $span;
     $let_float forward = $span / clamp(ceil(max(pixels.x, pixels.y)), 1.0, 256.0);
@@ -223,6 +168,5 @@ PARALLAX = Code(
         height += forward * gap / min(gap - before, -1e-12);
     }
     return uv + along * height;
-""",
-)
-"""Where the ray that would meet the plane meets the field (see render/textures/relief.py)."""
+}
+""")

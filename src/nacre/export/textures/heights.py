@@ -16,12 +16,8 @@ from nacre.textures.height_file import full_depth, read_heights
 class HeightField:
     """Heights over a texture, which lies in the plane of their mean.
 
-    Parameters
-    ----------
-    heights
-        Shape (rows, columns), the first row where v is 0.
-    depth
-        How many widths of the texture a difference of 1 stands for.
+    Heights have shape (rows, columns), with the first row at v = 0. A difference of 1 stands for
+    `depth` widths of the texture.
     """
 
     heights: Floats
@@ -29,18 +25,15 @@ class HeightField:
 
     @classmethod
     def read(cls, path: PathLike, depth: float | None = None) -> HeightField:
-        """A gray image as a height field, of the depth that its format stands for where None.
+        """A gray image as a height field, by default with the depth that its format defines.
 
-        Raises
-        ------
-        FormatError
-            If it cannot be read.
+        Raises FormatError if it cannot be read.
         """
         return cls(read_heights(path), full_depth(path) if depth is None else depth)
 
     @property
     def pixels(self) -> npt.NDArray[np.float16]:
-        """Heights over the plane in widths of the texture, shape (rows, columns, 1)."""
+        """Heights over the plane in texture widths, shape (rows, columns, 1)."""
         heights = np.asarray(self.heights, np.float64)
         over = self.depth * (heights - heights.mean())
         return np.asarray(over[:, :, None], np.float16)

@@ -1,8 +1,8 @@
-"""Encoded textures as ONNX models: arrays within, and what reads them.
+"""Encoded textures as ONNX models that contain their arrays and the code that reads them.
 
-The model of `eval` takes places `uv`, shape (n, 2), `level`, (n,), `wi` and `wo`, (n, 3); those of
-`pdf` and `sample` take no level. Texels around a place, on both levels, are eight rows of a table
-of weights, and nodes around a pair of directions sixteen rows of one of functions.
+The model for `eval` takes places `uv`, shape (n, 2), `level`, (n,), `wi` and `wo`, (n, 3); those
+for `pdf` and `sample` take no level. The texels around a place, on both levels, are eight rows in a
+table of weights, and the nodes around a pair of directions sixteen rows in a table of functions.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from nacre.array import Array, Components, Namespace, Table, namespace
 from nacre.btf import Btf
-from nacre.export.onnx import Graph
+from nacre.export.onnx_graph import Graph
 from nacre.export.program import Function
 from nacre.export.textures.accuracy import error_lines
 from nacre.export.textures.atlas import Halves, TextureAtlas
@@ -27,7 +27,7 @@ _TEXELS, _NODES, _LOBES = 8, 16, 4  # rows around a place, around a pair, and of
 
 
 def texture_models(texture: Btf, atlas: TextureAtlas, name: str) -> Mapping[str, bytes]:
-    """Files of the models of a texture."""
+    """Files with the models of a texture."""
     makers = {"eval": _eval, "pdf": _pdf, "sample": _sample}
     return {
         f"{name}_{each}.onnx": make(texture, atlas, f"{name}_{each}")
@@ -77,7 +77,7 @@ def _sample(texture: Btf, atlas: TextureAtlas, name: str) -> bytes:
 
 
 def _lobe(graph: TextureGraph, atlas: TextureAtlas) -> None:
-    """The lobe of each place `uv`, as `lobe`, shape (n, 4)."""
+    """The lobe at each place `uv`, as `lobe`, shape (n, 4)."""
     rows, columns, _ = atlas.lobes.shape
 
     def around(uv: Sequence[Array]) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
@@ -92,7 +92,7 @@ class TextureGraph(Graph):
     """Nodes of a model that reads tables."""
 
     def rows(self, table: Halves, index: str) -> str:
-        """Rows of a table, shape (n, k, numbers), of indices (n, k), which are floats."""
+        """Rows of a table, shape (n, k, numbers), at indices (n, k), which are floats."""
         chosen = self.node("Cast", [index], to=self.types.INT32)
         found = self.node("Gather", [self.constant(table), chosen], axis=0)
         return self.node("Cast", [found], to=self.types.FLOAT)
@@ -102,15 +102,15 @@ class TextureGraph(Graph):
         return self.node("MatMul", [self.reshaped(fractions, [-1, 1, count]), values])
 
     def columns(self, values: str) -> str:
-        """Values (n, 1, k) as (n, k, 1)."""
+        """From (n, 1, k) to (n, k, 1)."""
         return self.node("Transpose", [values], perm=[0, 2, 1])
 
     def column(self, values: str) -> str:
-        """Values (n,) as (n, 1)."""
+        """From (n,) to (n, 1)."""
         return self.reshaped(values, [-1, 1])
 
     def reshaped(self, values: str, shape: Sequence[int], name: str = "") -> str:
-        """The same in another shape, under a name if one is given."""
+        """The values in another shape, under a name if one is given."""
         operands = [values, self.constant(np.array(shape))]
         if not name:
             return self.node("Reshape", operands)
@@ -122,7 +122,7 @@ class TextureGraph(Graph):
         self.named("Concat", parts, name, axis=1)
 
     def parts(self, values: str, sizes: Sequence[int], axis: int) -> list[str]:
-        """Values cut along an axis."""
+        """Values split along an axis."""
         ends = [0, *itertools.accumulate(sizes)]
         return [
             self.node(
@@ -133,9 +133,7 @@ class TextureGraph(Graph):
 
 
 def _texels(atlas: TextureAtlas) -> Function:
-    """Rows of the table around a place, and how much each counts, divided by pi; of pairs below the
-    horizon nothing does.
-    """
+    """Table rows around a place, and their weights divided by pi; 0 for pairs below the horizon."""
     shapes = level_shapes(atlas.height, atlas.width)
     high, wide = (np.array(sizes, np.float32) for sizes in zip(*shapes, strict=True))
     starts = np.cumsum([0, *(rows * columns for rows, columns in shapes[:-1])])
@@ -167,7 +165,7 @@ def _texels(atlas: TextureAtlas) -> Function:
 def _corners(
     xp: Namespace, uv: Sequence[Array], rows: Array, columns: Array, start: Array
 ) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
-    """The four texels around places of a map that repeats, and how much each counts."""
+    """The four texels around places on a map that repeats, and their weights."""
     axes = []
     for coordinate, size in zip(uv, (columns, rows), strict=True):
         place = (coordinate - xp.floor(coordinate)) * size - 0.5
@@ -185,7 +183,7 @@ def _corners(
 
 
 def _nodes(resolution: int) -> Function:
-    """Rows of the functions around a pair of directions, and how much each counts."""
+    """Rows of the functions around a pair of directions, and their weights."""
 
     def lookup(wi: Components, wo: Components) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         xp = namespace(*wi)
@@ -209,5 +207,5 @@ def _nodes(resolution: int) -> Function:
 
 
 def _table(atlas: TextureAtlas) -> Halves:
-    """Weights of all levels, one after the other, shape (texels, numbers)."""
+    """Weights of all levels in sequence, shape (texels, numbers)."""
     return np.concatenate([level.reshape(-1, level.shape[2]) for level in atlas.level_weights()])

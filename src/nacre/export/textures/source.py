@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import string
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from nacre.array import Array, Components
@@ -34,27 +34,27 @@ _CONVENTIONS = (
 )
 _WIDE_STRIP = "$ivec2($width_i - ($width_i >> $uint(level - 1)), $height_i)"
 _TALL_STRIP = "$ivec2($width_i, $height_i - ($height_i >> $uint(level - 1)))"
-"""Where levels begin: :func:`nacre.export.textures.atlas.level_origin`."""
+"""Where levels start; see :func:`nacre.export.textures.atlas.level_origin`."""
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """What a shading language calls types, and how it reads textures.
+    """A shading language's names for types, and how it reads textures.
 
     Parameters
     ----------
     type_name
-        Of :data:`_TYPES`: of so many numbers of a kind, "f", "i" or "u".
+        From a count of numbers and their kind, "f", "i" or "u"; see :data:`_TYPES`.
     fetch, array, picture
-        Expressions: the pixel `at` of a `layer` of a `texture`; what its sampler gives at `at`
-        between pixels; the same of a texture without layers.
+        Expressions: the pixel `at` in a `layer` of a `texture`; what its sampler gives at `at`
+        between pixels; the same for a texture without layers.
     textures
-        Declarations of textures, from the name of the material and the pixels by name: arrays have
-        four axes, pictures three.
+        Declarations of textures, from the material's name and the pixels by name: arrays have four
+        axes, pictures three.
     functions
-        Functions whose names differ, by those that the code has.
+        Functions with other names, by their names in the code.
     let, var
-        What declares a constant and a variable; their type where None.
+        The keywords that declare a constant and a variable; by default their type.
     """
 
     type_name: Callable[[int, str], str]
@@ -67,7 +67,7 @@ class Dialect:
     var: str | None = None
 
     def names(self) -> dict[str, str]:
-        """What stands for `$name` in :mod:`nacre.export.textures.code`."""
+        """Replacements for `$name` in :mod:`nacre.export.textures.code`."""
         found = dict(self.functions)
         for name, of in _TYPES.items():
             text = self.type_name(*of)
@@ -87,33 +87,24 @@ def texture_source(
     wide = atlas.width >= atlas.height
     names["strip"] = string.Template(_WIDE_STRIP if wide else _TALL_STRIP).substitute(names)
 
-    def expression(template: str, texture: str) -> str:
-        return template.format(texture=prefix + texture, name=name)
-
-    reads = [
-        Code("weights_at", "vec4", {"at": "ivec2", "layer": "int"}, dialect.fetch),
-        Code("tile_at", "vec4", {"at": "vec2", "layer": "int"}, dialect.array),
-        Code("lobe_at", "vec4", {"at": "vec2"}, dialect.picture),
-        Code("height_at", "float", {"at": "vec2"}, f"{dialect.picture}.x"),
+    reads = {
+        "weights": Code("weights_at", "vec4", {"at": "ivec2", "layer": "int"}, dialect.fetch),
+        "functions": Code("tile_at", "vec4", {"at": "vec2", "layer": "int"}, dialect.array),
+        "lobes": Code("lobe_at", "vec4", {"at": "vec2"}, dialect.picture),
+        "heights": Code("height_at", "float", {"at": "vec2"}, f"{dialect.picture}.x"),
+    }
+    reading = [
+        replace(read, body=f"    return {read.body.format(texture=prefix + each, name=name)};")
+        for each, read in reads.items()
+        if each in arrays
     ]
-    textures = "weights", "functions", "lobes", "heights"
-    reads = [
-        Code(
-            read.name,
-            read.kind,
-            read.parameters,
-            f"\n    return {expression(read.body, texture)};\n",
-        )
-        for read, texture in zip(reads, textures, strict=True)
-        if texture in arrays
-    ]
-    reading = [*reads, *READING, *([PARALLAX] if atlas.heights else [])]
+    reading += [*READING, *([PARALLAX] if atlas.heights else [])]
 
     def written(code: Code) -> str:
         parameters = ", ".join(
             language.parameter(names[kind], each) for each, kind in code.parameters.items()
         )
-        body = string.Template(code.body.strip("\n")).substitute(names)
+        body = string.Template(code.body).substitute(names)
         opening = language.head(names[code.kind], prefix + code.name, parameters)
         return f"{opening} {{\n{body}\n}}".replace("@", prefix)
 
@@ -125,7 +116,7 @@ def texture_source(
 
 
 def _formulas(atlas: TextureAtlas) -> list[Function]:
-    """What is a formula on numbers: places in the grid, colors, and lobes."""
+    """The functions that are formulas on numbers: places in the grid, colors, and lobes."""
 
     def place(w: Components) -> tuple[tuple[Array, Array]]:
         return (grid_place(w, atlas.resolution),)
@@ -139,12 +130,12 @@ def _formulas(atlas: TextureAtlas) -> list[Function]:
 
 
 def joined(sums: Components) -> tuple[Components]:
-    """Reflectance factors of a sum of luma and sums of both values of the pair."""
+    """Reflectance factors from a sum for luma and sums for both chroma values."""
     return (join_components(*sums),)
 
 
 def density(lobe: Sequence[Array], wi: Components, wo: Components) -> tuple[Array]:
-    """Density of a lobe of four numbers."""
+    """Density of a lobe with four numbers."""
     return pdf_formula(_mixture(lobe), wi, wo)
 
 
@@ -191,20 +182,20 @@ def _numbers(atlas: TextureAtlas, language: Language) -> dict[str, str]:
 
 
 class TextureSourceTarget(TextureTarget, SourceTarget):
-    """A target of functions that takes encoded textures too; they become a file of functions
-    `NAME_eval`, `NAME_sample`, `NAME_pdf`, `NAME_level`, and arrays in KTX 2.0 files.
+    """A target for functions that also takes encoded textures.
+
+    These become a file with functions `NAME_eval`, `NAME_sample`, `NAME_pdf`, `NAME_level`, and
+    arrays in KTX 2.0 files.
     """
 
     dialect: ClassVar[Dialect]
     texture_language: ClassVar[Language | None] = None
-    """Of textures, where it is not the :attr:`language` of reflectances."""
+    """For textures, if it differs from the :attr:`language` for reflectances."""
 
     def reflectance_files(self, brdf: Brdf, name: str) -> Mapping[str, bytes]:
-        """See :class:`nacre.export.textures.target.TextureTarget`."""
         return SourceTarget.files(self, brdf, name)
 
     def texture_files(self, texture: Btf, atlas: TextureAtlas, name: str) -> Mapping[str, bytes]:
-        """The same of a texture whose atlas is there."""
         head = [*preamble(texture), *texture_facts(texture, atlas, name)]
         language = self.texture_language or self.language
         source = texture_source(atlas, name, language, self.dialect, head)
@@ -212,7 +203,7 @@ class TextureSourceTarget(TextureTarget, SourceTarget):
 
 
 def texture_facts(texture: Btf, atlas: TextureAtlas, name: str) -> list[str]:
-    """Lines on the functions of a texture, on its arrays, and how exact they are."""
+    """Lines about the functions of a texture, its arrays, and their errors."""
     lines = [line.replace("NAME", name) for line in _CONVENTIONS]
     lines.append("")
     for each, pixels in atlas.textures().items():

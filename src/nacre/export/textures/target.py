@@ -1,4 +1,4 @@
-"""Targets that take encoded textures besides reflectances."""
+"""Targets that take encoded textures as well as reflectances."""
 
 from __future__ import annotations
 
@@ -14,13 +14,7 @@ from nacre.export.textures.heights import HeightField
 
 
 class TextureTarget(Target):
-    """A target that holds encoded textures, by their :class:`TextureAtlas`.
-
-    Parameters
-    ----------
-    heights
-        Of a texture, for parallax.
-    """
+    """A target for encoded textures, as a :class:`TextureAtlas`; `heights` are for parallax."""
 
     holds = frozenset({TEXTURES})
 
@@ -28,7 +22,6 @@ class TextureTarget(Target):
         self.heights = heights
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
-        """See :class:`nacre.export.Target`."""
         if isinstance(material, Btf):
             atlas = TextureAtlas.of(material, heights=self.heights)
             return self.texture_files(material, atlas, name)
@@ -38,8 +31,8 @@ class TextureTarget(Target):
 
     @abc.abstractmethod
     def reflectance_files(self, brdf: Brdf, name: str) -> Mapping[str, bytes]:
-        """Files of a reflectance, as :meth:`files` gives them."""
+        """Files for a reflectance; see :meth:`files`."""
 
     @abc.abstractmethod
     def texture_files(self, texture: Btf, atlas: TextureAtlas, name: str) -> Mapping[str, bytes]:
-        """Files of a texture, as :meth:`files` gives them."""
+        """Files for a texture; see :meth:`files`."""

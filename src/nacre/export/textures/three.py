@@ -1,7 +1,7 @@
 """Encoded textures in the module of :mod:`nacre.export.three`: code for both of its renderers.
 
-In three.js v grows up, which is how the texture's y runs. A pixel's place on the texture is found
-once, at its beginning; then functions of a pair of directions are called as those of a reflectance.
+In three.js v grows upward, as the texture's y does. The place of a pixel on the texture is computed
+once, at its start; then functions of a pair of directions are called as for a reflectance.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from nacre.export.textures.source import texture_source
 from nacre.export.wgsl import Wgsl
 
 SAMPLES = 8
-"""Of the surroundings, for each pixel: textures take more time than reflectances."""
+"""Of the surroundings, per pixel; fewer than for reflectances, which take less time."""
 
 _GLSL = """
 vec3 AT_begin(vec2 uv, vec2 along, vec2 across, vec3 wo) {
@@ -65,7 +65,7 @@ _NODES = replace(  # three.js declares textures, and a sampler for each
 
 
 def texture_values(atlas: TextureAtlas, name: str) -> dict[str, str]:
-    """What the template of modules takes of a texture, by the names of places."""
+    """The template values for a texture, by the names of their places."""
     inner = f"{name}_at"
     place = f"{inner}_parallax(place, wo)" if atlas.heights else "place"
     arrays = {

@@ -1,4 +1,4 @@
 """Textures of measured reflectance in Mitsuba: the plugins `neuralbtf` and `measuredbtf`.
 
-In all of it, `mi` is the `mitsuba` module with a JIT variant set.
+Everywhere in this folder, `mi` is the `mitsuba` module with a JIT variant set.
 """

@@ -1,4 +1,4 @@
-"""What makes reflectance of a texel at a hit: functions in a table, or the networks of a codec."""
+"""Reflectance of texels at hits: from functions in a table, or from the networks of a codec."""
 
 from __future__ import annotations
 
@@ -12,36 +12,79 @@ from nacre.errors import require
 from nacre.geometry import stereographic
 from nacre.numerics.mlp import SILU, Layer, dense, forward
 from nacre.render.network import pack_layers, takes_half
-from nacre.render.textures.angle_grid import AngleGrid
-from nacre.render.textures.texels import Corners, Records
+from nacre.render.textures.texels import Corners, Records, jitters
 from nacre.textures.codecs.basis.codec import BasisCodec
 from nacre.textures.codecs.basis.colors import join_components
 from nacre.textures.codecs.basis.networks import direction_components, wide_features
-from nacre.textures.factors import CHROMAS, LUMAS, Factors
+from nacre.textures.factors import CHROMAS, LUMAS, Factors, grid_place
 
 Weighed: TypeAlias = "list[tuple[list[Any], Any]]"
-"""Weights of functions, of each texel around a hit, and its weight."""
+"""For each texel around a hit, weights of functions, and the weight of the texel."""
 
 
 class HitDecoder(Protocol):
     """Reflectance at hits, on arrays of a JIT variant."""
 
     def texels(self, corners: Corners) -> Any:
-        """What a hit needs of the texels around it, whatever the directions."""
+        """What a hit needs from the texels around it, for all directions."""
         ...
 
     def reflectance(self, texels: Any, wi: Components, wo: Components) -> Components:
-        """Reflectance factors pi f_r, never negative, linear RGB; directions of the texture."""
+        """Reflectance factors pi f_r, never negative, linear RGB; directions in the texture's
+        frame.
+        """
         ...
 
 
+class _AngleGrid:
+    """A grid over pairs of directions, linear between its nodes, `resolution` along each of four
+    axes.
+
+    The pair of light p and view q has index p * resolution^2 + q. In stochastic mode one of the
+    sixteen nodes around a pair is chosen with its weight as probability; the same pair always has
+    the same node.
+    """
+
+    def __init__(self, mi: Any, resolution: int, stochastic: bool) -> None:
+        self._mi, self._resolution, self._stochastic = mi, resolution, stochastic
+
+    def interpolated(self, records: Records, wi: Components, wo: Components) -> list[Any]:
+        mi, dr = self._mi, require("drjit", "render")
+        size = self._resolution
+        # The least significant axis is the view's x.
+        places = [*grid_place(wo, size), *grid_place(wi, size)]
+        strides = [size**k for k in range(4)]
+        if self._stochastic:
+            shifts = jitters(mi, (wi[0], wi[1], wo[0], wo[1]), 4)
+            index = mi.UInt32(0)
+            for place, shift, stride in zip(places, shifts, strides, strict=True):
+                index += mi.UInt32(dr.minimum(place + shift, size - 0.5)) * stride
+            return records.at([(index, mi.Float(1.0))])
+        first = [dr.minimum(mi.UInt32(place), size - 2) for place in places]
+        after = [place - mi.Float(low) for place, low in zip(places, first, strict=True)]
+
+        def add(corner: Any, total: list[Any]) -> tuple[Any, list[Any]]:
+            index, weight = mi.UInt32(0), mi.Float(1.0)
+            for axis, (low, part, stride) in enumerate(zip(first, after, strides, strict=True)):
+                step = (corner >> axis) & 1
+                index += (low + step) * stride
+                weight *= dr.select(step == 1, part, 1.0 - part)
+            values = records.at([(index, mi.Float(1.0))])
+            return corner + 1, [dr.fma(v, weight, t) for v, t in zip(values, total, strict=True)]
+
+        # As a loop it compiles sixteen times as fast.
+        zeros = [mi.Float(0.0)] * records.numbers
+        _, total = dr.while_loop((mi.UInt32(0), zeros), lambda corner, _: corner < 16, add)
+        return list(total)
+
+
 class TableDecoder(HitDecoder):
-    """Sums of a texture's own functions, which lie in a table; see :class:`AngleGrid`."""
+    """Sums of a texture's own functions, which lie in a table."""
 
     def __init__(self, mi: Any, factors: Factors, stochastic: bool) -> None:
         self._weights = Records(mi, factors.weights, half=True)
         self._functions = Records(mi, factors.functions, half=True)
-        self._grid = AngleGrid(mi, factors.resolution, stochastic)
+        self._grid = _AngleGrid(mi, factors.resolution, stochastic)
 
     def texels(self, corners: Corners) -> Weighed:
         return [(self._weights[index], weight) for index, weight in corners]
@@ -52,10 +95,10 @@ class TableDecoder(HitDecoder):
 
 
 class BasisDecoder(HitDecoder):
-    """The default codec's networks, at every hit, for codes of shape (texels, values).
+    """The default codec's networks at every hit, for codes of shape (texels, values).
 
-    Expanded, coefficients of all texels are kept rather than found at every hit. In half precision,
-    weights, codes and coefficients have 16 bits.
+    If `expanded`, coefficients of all texels are kept in memory, not computed at every hit. With
+    half precision, weights, codes and coefficients have 16 bits.
     """
 
     def __init__(
@@ -90,10 +133,10 @@ class BasisDecoder(HitDecoder):
 
 
 class NetworkDecoder(HitDecoder):
-    """The decoder that the papers' networks share, at every hit; codes have shape (texels, values).
+    """The decoder of the papers' networks at every hit; codes have shape (texels, values).
 
-    These networks see the code with the directions, so that nothing is expanded. In half precision,
-    weights and codes have 16 bits. A decoder other than the papers' is a :class:`NacreError`.
+    With half precision, weights and codes have 16 bits. Any other decoder raises a
+    :class:`NacreError`.
     """
 
     def __init__(self, mi: Any, codec: Any, codes: Floats, expanded: bool, half: bool) -> None:
@@ -121,7 +164,7 @@ HIT_DECODERS: dict[str, Callable[..., HitDecoder]] = {
 
 
 class _Chain:
-    """Layers on cooperative vectors, of 16 bits where asked for and on CUDA."""
+    """Layers on cooperative vectors, with 16 bits if asked for, and always on CUDA."""
 
     def __init__(self, mi: Any, layers: Sequence[Layer], half: bool) -> None:
         half = half or takes_half(mi)
@@ -129,20 +172,18 @@ class _Chain:
         self.layers = pack_layers(mi, layers, half, "inference")
 
     def vector(self, values: Sequence[Any]) -> Any:
-        """Numbers as a cooperative vector."""
         return require("drjit.nn", "render").CoopVec(*(self._kind(v) for v in values))
 
     def numbers(self, state: Any) -> list[Any]:
-        """A cooperative vector as single numbers."""
         return [self._mi.Float(v) for v in state]
 
 
 def _joined(
     texels: Weighed, functions: list[Any], luma_count: int, chroma_count: int, mean: Any = 0.0
 ) -> Components:
-    """Reflectance between texels, of functions of luma, then of both values of pairs.
+    """Reflectance between texels, from functions for luma, then for both values of chroma pairs.
 
-    Functions stand for roots of it, whose means between unlike texels would be too dark.
+    The functions give its roots; averaging those between unlike texels would be too dark.
     """
     dr = require("drjit", "render")
 

@@ -1,4 +1,4 @@
-"""Measured directions as triangles of the hemisphere, in one of which every direction lies."""
+"""Measured directions as triangles on the hemisphere; every direction lies in one of them."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from nacre.errors import NacreError, require
 from nacre.geometry import from_stereographic, join, split, stereographic
 from nacre.render.textures.texels import AlignedBuffer, Corners, jitters
 
-_CELLS = 128  # along an edge of the square that tells where to begin to look for a triangle
-_STEPS = 4
-"""Triangles that are walked through from there; from cells of this size one or two are enough."""
+_CELLS = 128  # along an edge of the square that tells where the search for a triangle starts
+_STEPS = 4  # triangles to walk through from there; with cells of this size one or two are enough
 _FLAT = 1e-7
 
 
 class Hemisphere:
-    """Directions around a direction, with spherical barycentric weights.
+    """Measured directions around any direction, with spherical barycentric weights.
 
-    The triangles are those of Delaunay of the stereographic projection, which are Delaunay's of the
-    sphere, of unit vectors of shape (n, 3). A direction beyond all of them, nearer to the horizon,
-    has weights at the edge of the nearest. Stochastically, one direction stands for the three, as
-    likely as its weight; the same direction always has the same. Fewer than three directions, or
-    directions that all lie on one circle through the nadir, are a :class:`NacreError`.
+    The triangles are a Delaunay triangulation of the stereographic projection, which is also one of
+    the sphere, for unit vectors of shape (n, 3). A direction outside all triangles, closer to the
+    horizon, gets weights on the edge of the nearest one. In stochastic mode one of the three
+    directions is chosen with its weight as probability; the same direction always gets the same
+    one. Fewer than three directions, or directions that all lie on one circle through the nadir,
+    are a :class:`NacreError`.
     """
 
     def __init__(self, mi: Any, directions: Floats, stochastic: bool) -> None:
@@ -56,7 +56,7 @@ class Hemisphere:
         self._starts = mi.UInt32(_nearest(inverses, join(from_stereographic(x, y))))
 
     def around(self, w: Components) -> Corners:
-        """Directions around a direction, as indices."""
+        """Indices and weights of measured directions around a direction."""
         mi, dr = self._mi, require("drjit", "render")
         x, y = (
             mi.UInt32(dr.clip((v + 1.0) * (0.5 * _CELLS), 0.0, _CELLS - 1.0))
@@ -83,14 +83,14 @@ class Hemisphere:
         return [(index, mi.Float(1.0))]
 
     def _triangle(self, triangle: Any, w: Components) -> tuple[list[Any], list[Any], list[Any]]:
-        """Weights of the corners of triangles, the corners, and the neighbors across from them."""
+        """Weights of the corners of triangles, the corners, and the neighbors opposite to them."""
         m, links = self._inverses[triangle], self._links[triangle]
         weights = [m[3 * k] * w[0] + m[3 * k + 1] * w[1] + m[3 * k + 2] * w[2] for k in range(3)]
         return weights, [self._mi.UInt32(link) for link in links[:3]], links[3:6]
 
 
 def _nearest(inverses: Floats, directions: Floats) -> Any:
-    """The triangle in which each direction lies, or which it is least far outside of."""
+    """The triangle in which each direction lies, or else the one it is least outside of."""
     found = np.empty(len(directions), np.uint32)
     for start in range(0, len(directions), 256):
         part = directions[start : start + 256]

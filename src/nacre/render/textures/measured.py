@@ -1,4 +1,4 @@
-"""A whole texture of measurements at hits: what decoders are compared with."""
+"""A whole texture of measurements at hits: the reference for all decoders."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from nacre.textures.lobes import coarse_texels, even_directions, fitted_lobes, l
 
 _BLOCK = 1 << 26
 _MOST = 1 << 32  # values that 32 bits can number
-_DIGITS = 5  # to which directions are the same
-_POINTS = 1 << 14  # points of the hemisphere that tell what solid angle a light stands for
+_DIGITS = 5  # directions that agree to these are the same
+_POINTS = 1 << 14  # points on the hemisphere that measure each light's solid angle
 
 
 class MeasuredDecoder:
     """Interpolation between three lights and three views around a pair (Rainer et al. 2020).
 
     The texture is read once, into half precision; values below 0 count as 0. For `stochastic` see
-    :class:`nacre.render.textures.hemisphere.Hemisphere`. A table of more bytes than the memory, or
-    a value that is too large for half precision, is a :class:`NacreError`.
+    :class:`nacre.render.textures.hemisphere.Hemisphere`. A table with more bytes than `memory`, or
+    a value too large for half precision, is a :class:`NacreError`.
     """
 
     def __init__(self, mi: Any, btf: Btf, sides: Sides, stochastic: bool, memory: int) -> None:
@@ -41,7 +41,7 @@ class MeasuredDecoder:
                 f"{btf.name}: its table needs {2 * size / 2**20:,.0f} MiB, {limit / 2**20:,.0f} "
                 "are allowed; encode it (nacre fit) and render that, or raise memory"
             )
-        # A fourth value keeps the three of a color on one line of the cache.
+        # A fourth value keeps each color in one cache line.
         table = aligned_zeros((btf.texel_count, btf.pair_count, 4), np.float16)
         for block in btf.blocks(_BLOCK):
             with np.errstate(over="ignore"):
@@ -54,11 +54,9 @@ class MeasuredDecoder:
         self._view_side = Hemisphere(mi, sides.views, stochastic)
 
     def texels(self, corners: Corners) -> Corners:
-        """See :class:`nacre.render.textures.decoders.HitDecoder`; directions tell what is read."""
         return corners
 
     def reflectance(self, texels: Corners, wi: Components, wo: Components) -> Components:
-        """See :class:`nacre.render.textures.decoders.HitDecoder`."""
         mi, dr = self._mi, require("drjit", "render")
         lights, views = self._light_side.around(wi), self._view_side.around(wo)
         total = [mi.Float(0.0)] * 3
@@ -75,9 +73,10 @@ class MeasuredDecoder:
 
 @dataclass(frozen=True, eq=False)
 class Sides:
-    """Lights and views of a texture that is measured at every light with every view: unit
-    directions, shapes (l, 3) and (v, 3), and the order of its pairs, shape (v * l,), with every
-    light with the first view, and so on.
+    """Lights and views of a texture in which every light is measured with every view.
+
+    Unit directions have shapes (l, 3) and (v, 3). The order of its pairs, shape (v * l,), puts all
+    lights with the first view first, and so on.
     """
 
     lights: Floats
@@ -86,9 +85,7 @@ class Sides:
 
     @classmethod
     def of(cls, btf: Btf) -> Sides:
-        """Those of a texture; a :class:`NacreError` if a light is not measured with every view, or
-        is twice.
-        """
+        """From a texture; a :class:`NacreError` unless every light occurs once with every view."""
         (lights, light), (views, view) = (
             np.unique(w.round(_DIGITS), axis=0, return_inverse=True) for w in (btf.wi, btf.wo)
         )
@@ -103,9 +100,7 @@ class Sides:
 
 
 def table_lobes(btf: Btf, sides: Sides) -> Floats:
-    """Lobes of a texture of measurements and its directions, as
-    :func:`nacre.textures.lobes.latent_lobes` has them of an encoded one.
-    """
+    """Lobes for a measured texture; see :func:`nacre.textures.lobes.latent_lobes`."""
     lights, views = sides.lights, sides.views
     chosen = np.unique(KDTree(views).query(lobe_views())[1])
     pairs = sides.order.reshape(len(views), len(lights))[chosen].ravel()

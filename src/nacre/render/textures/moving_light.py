@@ -1,4 +1,4 @@
-"""One scene of a texture under a light that moves from picture to picture."""
+"""A scene with a texture under a light that moves from picture to picture."""
 
 from __future__ import annotations
 
@@ -16,39 +16,32 @@ from nacre.render.textures.scene import facing, light_direction, point_position
 
 PATHS = "around", "over"
 
-_LOWEST = 80.0
-"""Degrees to the left and to the right at which the arc over an object begins and ends."""
+_LOWEST = 80.0  # degrees left and right at which the arc over an object begins and ends
 
 
 def light_path(path: str, count: int, angle: float, geometry: str = "cylinder") -> Floats:
-    """Directions toward a light on its way.
+    """Unit vectors toward a moving light, from the object, shape (count, 3).
 
     Parameters
     ----------
     path
-        "around": one rotation about the normal in the middle of the picture, from where the light
-        of a single picture is; "over": on a great circle from 80 degrees to the left to 80 to the
+        "around": one rotation about the normal in the middle of the picture, starting where the
+        light of a single picture is; "over": a great circle from 80 degrees left to 80 degrees
         right.
     count
-        Directions, at least 1. Those around are evenly spaced, so that the first follows the last.
+        At least 1. Directions "around" are evenly spaced, so that the first follows the last.
     angle
-        Degrees between the view and the light: at the start, or in the middle of the way over,
-        above the view.
+        Degrees between view and light: at the start, or above the view in the middle of "over".
     geometry
         One of :data:`nacre.render.textures.scene.GEOMETRIES`.
-
-    Returns
-    -------
-    array of shape (count, 3)
-        Unit vectors, from the object.
 
     Raises
     ------
     NacreError
-        If there is no such path, or no direction is asked for.
+        If there is no such path, or the count is below 1.
     """
     if count < 1:
-        raise NacreError(f"a light on its way has 1 direction or more, not {count}")
+        raise NacreError(f"a moving light needs at least 1 direction, not {count}")
     if path == "around":
         start, axis = np.array(light_direction(angle)), np.array(facing(geometry))
         angles = (2.0 * math.pi / count * np.arange(count))[:, None]
@@ -69,34 +62,12 @@ def render_moving(
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
 ) -> Iterator[Image]:
-    """Render a scene once for each direction of its light, compiled once.
+    """Render a scene once for each direction toward its light, shape (n, 3); compiled once.
 
-    All pictures have the samples of one seed: their noise stands still, but for what depends on the
-    direction of the light.
-
-    Parameters
-    ----------
-    scene
-        Of :func:`nacre.render.textures.scene.describe_texture_scene`, with a directional or point
-        light.
-    directions
-        Toward the light, shape (n, 3).
-    spp
-        Samples per pixel, at least 1.
-    seed
-        Of the samples.
-    progress
-        Called with the fraction of all pictures that is done.
-
-    Yields
-    ------
-    array of shape (height, width, 3)
-        Linear Rec. 709 RGB, float32.
-
-    Raises
-    ------
-    NacreError
-        If the light of the scene has no place of its own.
+    The scene comes from :func:`nacre.render.textures.scene.describe_texture_scene`, with a
+    directional or point light; another is a NacreError. Pictures are linear Rec. 709 RGB, float32,
+    shape (height, width, 3). All use the samples of one seed, so that noise stands still except
+    where it depends on the light. `progress` gets the finished fraction of all pictures.
     """
     mi = mitsuba()
     loaded = mi.load_dict(scene)

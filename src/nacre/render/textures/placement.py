@@ -11,16 +11,16 @@ from nacre.array import Components
 from nacre.errors import NacreError, require
 
 _MIN_DETERMINANT = 1e-9
-_MIN_COSINE = 0.02  # cosine of the view below which footprints grow no more
+_MIN_COSINE = 0.02  # cosine of the view below which footprints stop growing
 
 
 class Placement:
-    """Coordinates and directions of a texture from those of a surface.
+    """Coordinates and directions on a texture, from those on a surface.
 
-    A texture's x runs along its rows, its y from the last row to the first, as in a photograph;
-    Mitsuba's v runs with the rows. Where `to_uv`, Mitsuba's transformation of 3 or 4 rows, rotates
-    the texture, directions rotate too; of what it stretches, the nearest rotation counts. One that
-    maps the plane to less than a plane is a :class:`NacreError`.
+    A texture's x runs along its rows and its y from the last row to the first, as in a photograph;
+    Mitsuba's v runs with the rows. If `to_uv`, Mitsuba's transformation with 3 or 4 rows, rotates
+    the texture, directions rotate too, by the rotation nearest to it if it also stretches. A
+    `to_uv` that collapses the plane is a :class:`NacreError`.
     """
 
     def __init__(self, mi: Any, to_uv: Any = None) -> None:
@@ -34,17 +34,17 @@ class Placement:
         self._rotation = (left @ right).tolist()
 
     def uv(self, si: Any) -> Any:
-        """Texture coordinates of interactions."""
+        """Texture coordinates at interactions."""
         uv = self.difference(si.uv.x, si.uv.y)
         return self._mi.Point2f(uv.x + self._shift[0], uv.y + self._shift[1])
 
     def difference(self, u: Any, v: Any) -> Any:
-        """Differences of texture coordinates from those of a surface's."""
+        """A difference of texture coordinates, from one of surface coordinates."""
         (a, b), (c, d) = self._linear
         return self._mi.Point2f(a * u + b * v, c * u + d * v)
 
     def to_texture(self, si: Any, w: Components) -> Components:
-        """A direction of the shading frame in that of the texture."""
+        """From the shading frame to the texture's frame."""
         (a, b), (c, d) = self._rotation
         y = self._sense(si) * w[1]
         return a * w[0] + b * y, -1.0 * (c * w[0] + d * y), w[2]
@@ -55,7 +55,7 @@ class Placement:
         return a * w[0] - c * w[1], self._sense(si) * (b * w[0] - d * w[1]), w[2]
 
     def _sense(self, si: Any) -> Any:
-        """1 where v grows along the second axis of the shading frame, -1 where against it."""
+        """1 where v grows along the second axis of the shading frame, else -1."""
         dr = require("drjit", "render")
         along = dr.dot(si.dp_dv, si.sh_frame.t)
         return dr.select(along < 0.0, self._mi.Float(-1.0), 1.0)
@@ -63,8 +63,10 @@ class Placement:
 
 @dataclass(frozen=True)
 class Footprint:
-    """The parallelogram about a point of a texture that a pixel sees: its longer side in texture
-    coordinates, `mi.Point2f`, and the lengths of both in texels, the longer one first.
+    """The parallelogram around a texture point that a pixel sees.
+
+    `long` is its longer side in texture coordinates, `mi.Point2f`; `texels` are the lengths of the
+    longer and the shorter side in texels.
     """
 
     long: Any
@@ -74,11 +76,11 @@ class Footprint:
 def footprint(
     mi: Any, si: Any, placement: Placement, angle: float, height: int, width: int
 ) -> Footprint:
-    """The footprint of a cone of rays, with an angle in radians between neighboring pixels
-    (Akenine-Moller et al. 2021, "Improved Shader and Texture Level of Detail Using Ray Cones").
+    """The footprint of a cone of rays, with an angle in radians between neighboring pixels.
 
-    A cone begins anew at each hit of a path: behind the first, footprints are smaller than they
-    might be, which costs speed of convergence at most.
+    Akenine-Moller et al. 2021, "Improved Shader and Texture Level of Detail Using Ray Cones". A
+    cone restarts at each hit of a path, so footprints after the first hit are smaller than they
+    could be, which only slows convergence.
     """
     dr = require("drjit", "render")
     view, normal = si.to_world(si.wi), si.sh_frame.n

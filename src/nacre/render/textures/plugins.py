@@ -1,4 +1,4 @@
-"""Mitsuba BSDFs of textures: the plugins `neuralbtf` and `measuredbtf`."""
+"""Mitsuba BSDFs for textures: the plugins `neuralbtf` and `measuredbtf`."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ from nacre.textures.mipmap import LatentPyramid, level_shapes
 DECODERS = "table", "network"
 COEFFICIENTS = "auto", "texture", "hit"
 RESOLUTION = 20
-"""Of the grid of directions; see :mod:`nacre.render.textures.angle_grid`."""
+"""Nodes along each axis of the grid of directions."""
 MEMORY = 2048
 """MiB that the data of a texture may take."""
 
 
 def texture_bsdf(texture: LatentMap | Btf, progress: Progress = silent, **options: Any) -> Any:
-    """A Mitsuba BSDF of a texture in memory, to put into scene dictionaries.
+    """A Mitsuba BSDF for a texture in memory, to put into scene dictionaries.
 
-    Sets the variant that :func:`nacre.render.mitsuba` starts with if none is set.
+    If no variant is set, this sets the one that :func:`nacre.render.mitsuba` starts with.
 
     Parameters
     ----------
@@ -50,32 +50,31 @@ def texture_bsdf(texture: LatentMap | Btf, progress: Progress = silent, **option
     options
         Properties of the plugin:
 
-        - `interpolation`: see :class:`nacre.render.textures.texels.TexelGrid`; of directions
-          too, where "nearest" is "linear".
-        - `pixel_angle`: degrees between neighboring pixels of the camera. Given, a hit shows
-          what a pixel sees of an encoded texture, from afar and at grazing angles: means of
-          reflectance, of a pyramid of levels that takes a third more memory. Mitsuba's paths
-          carry no ray differentials that would tell it.
-        - `to_uv`: as Mitsuba's `bitmap` has it.
-        - `height_field`: a gray image for parallax, and `depth`: widths of the texture from black
-          to white.
-        - `memory`: MiB that the data may take, :data:`MEMORY` unless given.
+        - `interpolation`: see :class:`nacre.render.textures.texels.TexelGrid`; it applies to
+          directions too, where "nearest" means "linear".
+        - `pixel_angle`: degrees between neighboring pixels of the camera. If given, hits on an
+          encoded texture show the mean reflectance that a pixel sees, from afar and at grazing
+          angles. It comes from a pyramid of levels that takes a third more memory. (Paths in
+          Mitsuba carry no ray differentials that would tell the angle.)
+        - `to_uv`: as in Mitsuba's `bitmap`.
+        - `height_field`: a gray image for parallax, and `depth`: from black to white, in texture
+          widths.
+        - `memory`: MiB that the data may take, by default :data:`MEMORY`.
 
-        and of `neuralbtf`:
+        and for `neuralbtf`:
 
-        - `decoder`: "table", functions of the texture's own on a grid of directions
-          (:mod:`nacre.textures.factors`), or "network", the codec's own networks at every
-          hit.
-        - `resolution`: of that grid, :data:`RESOLUTION` unless given.
-        - `coefficients`: of the default codec's networks, in memory for each "texture", or found
-          at each "hit"; "auto" is "texture" where memory is enough.
+        - `decoder`: "table", the texture's own functions on a grid of directions
+          (:mod:`nacre.textures.factors`), or "network", the codec's networks at every hit.
+        - `resolution`: of that grid, by default :data:`RESOLUTION`.
+        - `coefficients`: for the default codec's networks, kept in memory for each "texture", or
+          computed at each "hit"; "auto" is "texture" if there is enough memory.
         - `precision`: of the networks, "single" or "half".
 
     Raises
     ------
     NacreError
         If an option is unknown or out of range, the variant does not compile, the texture needs
-        more memory than is allowed, or its codec knows its own directions only.
+        more memory than is allowed, or its codec works for its own directions only.
     """
     mi = mitsuba()
     source = getattr(texture, "latent", None) or texture
@@ -88,7 +87,7 @@ def texture_bsdf(texture: LatentMap | Btf, progress: Progress = silent, **option
 
 @cache
 def plugins(variant: str) -> dict[str, Any]:
-    """The plugin classes of the variant that is set, by name."""
+    """The plugin classes for the variant that is set, by name."""
     mi: Any = require("mitsuba", "render")
 
     class Texture(base_class(variant)):  # type: ignore[misc]
@@ -126,7 +125,7 @@ def plugins(variant: str) -> dict[str, Any]:
         def prepare_decoder(
             self, properties: Any, path: Path | None, source: Any, progress: Progress
         ) -> tuple[int, int, Floats]:
-            """Make the decoder; height and width of the map, and its lobes."""
+            """Make the decoder; returns height and width of the map, and its lobes."""
             raise NotImplementedError
 
         def to_local(self, si: Any, w: Any) -> Components:

@@ -1,4 +1,4 @@
-"""Parallax: where on a height field a viewer looks."""
+"""Parallax: the point on a height field that a viewer sees."""
 
 from __future__ import annotations
 
@@ -9,17 +9,18 @@ import numpy as np
 from nacre.array import Components
 from nacre.errors import require
 
-_STEPS = 256  # most places at which a ray is compared with the field
-_LOWEST = 0.1  # cosine of the view below which the shift grows no more
+_STEPS = 256  # at most this many points of a ray are compared with the field
+_LOWEST = 0.1  # cosine of the view below which the shift stops growing
 
 
 class Relief:
-    """A height field over a texture, met by rays (parallax occlusion mapping; Tatarchuk 2006).
+    """A height field over a texture, intersected by rays (parallax occlusion mapping; Tatarchuk
+    2006).
 
-    Heights, of shape (height, width), are of the plane of the mean height, through which the
-    texture lies in a scene, so that a flat field changes nothing. A difference of 1 stands for
-    `depth` widths of the texture; `aspect` is its width over its height. Texels are points of the
-    field: those of a measurement that refers to its surface.
+    Heights have shape (height, width), and are taken relative to their mean: the plane of the mean
+    is where the texture lies in a scene, so a flat field changes nothing. A difference of 1 stands
+    for `depth` texture widths; `aspect` is width over height of the texture. Texels are points of
+    the field, as in a measurement that refers to the surface.
     """
 
     def __init__(self, mi: Any, heights: Any, depth: float, aspect: float) -> None:
@@ -28,16 +29,16 @@ class Relief:
         self._mi, self._aspect, self._shape = mi, aspect, field.shape
         self._bottom, self._top = float(field.min()), float(field.max())
         tensor = mi.TensorXf(field[:, :, None].astype(np.float32))
-        # Graphics cards filter by fractions of 8 bits, which would make steps of a slope.
+        # Graphics cards filter with fractions of 8 bits, which would turn slopes into steps.
         self._field = mi.Texture2f(
             tensor, wrap_mode=dr.WrapMode.Repeat, migrate=False, use_accel=False
         )
 
     def seen(self, uv: Any, view: Components) -> Any:
-        """Where the ray that would meet the plane at `uv`, an `mi.Point2f`, meets the field.
+        """Where the ray that would hit the plane at `uv`, an `mi.Point2f`, hits the field.
 
-        The view, the direction to the viewer, is in the texture's frame: x along u, y against v.
-        Rays go from pixel to pixel of the field.
+        The view, toward the viewer, is in the texture's frame: x along u, y against v. The ray is
+        marched from pixel to pixel of the field.
         """
         if self._bottom == self._top:
             return uv

@@ -1,4 +1,4 @@
-"""Scenes that show a texture: on a cylinder, as the papers do, a sphere, a plane, or the ground.
+"""Scenes that show a texture: on a cylinder, as in the papers, a sphere, a plane, or the ground.
 
 +y is up and the camera looks toward -z, as in :mod:`nacre.render.scene`.
 """
@@ -37,26 +37,15 @@ _TILT = 35.0  # degrees from upright by which the plane leans back
 
 
 def texture_scale(geometry: str, repeat: int, aspect: float = 1.0) -> Any:
-    """The `to_uv` with which a texture goes `repeat` times around or along a geometry, upright.
+    """The `to_uv` that repeats a texture `repeat` times around or along a geometry, upright.
 
-    On the ground it is as large as on the plane.
-
-    Parameters
-    ----------
-    geometry
-        One of :data:`GEOMETRIES`.
-    repeat
-        At least 1; whole, so that it meets itself behind a cylinder or a sphere.
-    aspect
-        Width of the texture over its height, which stay in proportion; on a sphere at its equator.
-
-    Raises
-    ------
-    NacreError
-        If there is no such geometry, or `repeat` is less than 1.
+    On the ground it is as large as on the plane. `repeat` is a whole number, so that the texture
+    meets itself behind a cylinder or a sphere. `aspect`, the texture's width over its height, keeps
+    its proportions; on a sphere, those at the equator. Raises NacreError if the geometry is not one
+    of :data:`GEOMETRIES`, or `repeat` is less than 1.
     """
     if repeat < 1:
-        raise NacreError(f"a texture is repeated 1 time or more, not {repeat}")
+        raise NacreError(f"a texture is repeated at least once, not {repeat} times")
     check_name("geometry", geometry, GEOMETRIES)
     around = -_HEIGHT / (2.0 * math.pi * _RADIUS)  # v runs upwards, rows do not
     upward = {"cylinder": around, "sphere": 0.5}.get(geometry, -1.0)
@@ -74,24 +63,22 @@ def describe_texture_scene(
     *,
     standing: bool = True,
 ) -> dict[str, Any]:
-    """Scene dictionary for `mitsuba.load_dict`.
+    """Scene dictionary for `mitsuba.load_dict`, with a BSDF or the dictionary of one.
 
     Parameters
     ----------
-    bsdf
-        A BSDF or the dictionary of one.
     geometry
         One of :data:`GEOMETRIES`.
     light
-        "environment"; or "directional" or "point", of irradiance pi at the object's middle.
+        "environment"; or "directional" or "point", with irradiance pi at the object's middle.
     size
         Width and height in pixels.
     angle
-        Degrees between the view and a light that is no environment, to the upper left.
+        Degrees from the view to a directional or point light, to the upper left.
     environment
-        The map, exposed here; the package's own where None.
+        The map, exposed here; by default the package's own.
     standing
-        Whether there is a floor under what is not the ground; it keeps off light from below.
+        Whether objects other than the ground stand on a floor, which blocks light from below.
 
     Raises
     ------
@@ -110,24 +97,24 @@ def describe_texture_scene(
 
 
 def pixel_angle(size: tuple[int, int]) -> float:
-    """Degrees between neighboring pixels of a picture of some width and height."""
+    """Degrees between neighboring pixels of a picture with some width and height."""
     return _FIELD / min(size)
 
 
 def light_direction(angle: float) -> list[float]:
-    """From the object toward a light some degrees from the view, to the upper left."""
+    """Toward a light some degrees from the view, to the upper left."""
     aside = math.sqrt(0.5) * math.sin(math.radians(angle))
     return [-aside, aside, math.cos(math.radians(angle))]
 
 
 def facing(geometry: str) -> list[float]:
-    """Normal of a geometry in the middle of the picture."""
+    """The normal of a geometry in the middle of the picture."""
     tilt = math.radians({"plane": _TILT, "ground": 90.0}.get(geometry, 0.0))
     return [0.0, math.sin(tilt), math.cos(tilt)]
 
 
 def point_position(toward: Sequence[float] | Floats) -> list[float]:
-    """Where the point light stands in some direction from the object's middle."""
+    """The position of the point light in some direction from the object's middle."""
     middle = (0.0, 1.0, 0.0)
     return [_DISTANCE * float(x) + y for x, y in zip(toward, middle, strict=True)]
 

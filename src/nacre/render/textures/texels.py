@@ -1,4 +1,4 @@
-"""Which texels a point of a texture takes part of, and what is kept for each of them."""
+"""Which texels contribute to a point of a texture, and the data that is kept for each of them."""
 
 from __future__ import annotations
 
@@ -19,28 +19,24 @@ INTERPOLATIONS = "stochastic", "linear", "nearest"
 Corners: TypeAlias = "list[tuple[Any, Any]]"
 """Indices of texels or nodes, and weights that add up to 1."""
 
-_ROW = 16  # numbers that are read at a time
-_PARTS = 16  # bits of a random number for each of two coordinates
+_ROW = 16  # numbers that are read together
 
 
 class TexelGrid:
     """Texels around points of a texture that repeats.
 
-    A point belongs to texels as pixels of Mitsuba's bitmaps do: texel (0, 0) covers u and v from 0
-    to 1 / width and 1 / height.
+    As in Mitsuba's bitmaps, texel (0, 0) covers u and v from 0 to 1 / width and 1 / height.
 
     Parameters
     ----------
-    height, width
-        Of the map.
     interpolation
-        "linear": the four texels around a point. "stochastic": one of them, as likely as its
-        weight, so that the mean over many points is what is linear between texels (Pharr, Wronski,
+        "linear": the four texels around a point. "stochastic": one of them, with its weight as
+        probability, so that the mean over many points is linear interpolation (Pharr, Wronski,
         Salvi and Fajardo 2024, "Filtering After Shading With Stochastic Texture Filtering"); the
-        same point always has the same texel. "nearest": the one in which it lies.
+        same point always has the same texel. "nearest": the texel that contains the point.
     levels
-        Heights and widths of a pyramid for :meth:`seen`, of which the map is the first; records
-        of each follow those of the one before.
+        Heights and widths of a pyramid for :meth:`seen`, starting with the map; records of each
+        level follow those of the one before.
     """
 
     def __init__(
@@ -59,10 +55,11 @@ class TexelGrid:
             self._levels = [mi.UInt32(column) for column in (*shapes.T, starts)]
 
     def seen(self, uv: Any, footprint: Footprint) -> Corners:
-        """Texels of what pixels see around points, of levels where one texel covers it.
+        """Texels that pixels see around points, on levels where one texel covers what a pixel sees.
 
-        By chance, one texel stands for all: of some point of the longer side, on a level whose
-        texels are as wide as the shorter one. Else texels are as wide as the longer side.
+        In stochastic mode one texel is chosen: at some point along the longer side, on a level
+        whose texels are as wide as the shorter side. Otherwise texels are as wide as the longer
+        side.
         """
         mi, dr = self._mi, require("drjit", "render")
         last = dr.width(self._levels[0]) - 1
@@ -85,7 +82,6 @@ class TexelGrid:
         return self._around(uv, None)
 
     def _around(self, uv: Any, level: Any) -> Corners:
-        """Texels of points on some levels."""
         mi, dr = self._mi, require("drjit", "render")
         height, width, start = self.height, self.width, 0
         if level is not None:
@@ -109,7 +105,7 @@ class TexelGrid:
 
 
 def _index(mi: Any, column: Any, row: Any, height: Any, width: Any) -> Any:
-    """Of texels up to one beyond the edges, which continue at the other side."""
+    """Indices of texels up to one beyond the edges, where the texture repeats."""
     dr = require("drjit", "render")
     wide, high = mi.Int32(width), mi.Int32(height)
     column, row = (
@@ -120,7 +116,7 @@ def _index(mi: Any, column: Any, row: Any, height: Any, width: Any) -> Any:
 
 
 def jitters(mi: Any, numbers: tuple[Any, ...], count: int) -> list[Any]:
-    """Random numbers in (0, 1), each of 32 / `count` bits, that two to four floats determine."""
+    """Random numbers in (0, 1) with 32 / `count` bits each, determined by two to four floats."""
     dr = require("drjit", "render")
     bits = [dr.reinterpret_array(mi.UInt32, mi.Float(number)) for number in numbers]
     words = [bits[0], bits[1]]
@@ -136,8 +132,9 @@ def jitters(mi: Any, numbers: tuple[Any, ...], count: int) -> list[Any]:
 
 
 class Records:
-    """Some numbers for each texel or node, which are read together, of values (count, numbers); in
-    half precision, if asked for, where that can hold them.
+    """Numbers for each texel or node that are read together, from values (count, numbers).
+
+    They are stored in half precision if asked for and if it can hold them.
     """
 
     def __init__(self, mi: Any, values: Floats, half: bool) -> None:
@@ -151,7 +148,7 @@ class Records:
         self._data = AlignedBuffer(mi, padded.reshape(-1, row))
 
     def at(self, corners: Corners) -> list[Any]:
-        """The weighted sums of the numbers of some records."""
+        """Weighted sums of the numbers of some records."""
         if len(corners) == 1:
             return self[corners[0][0]]
         dr = require("drjit", "render")
@@ -162,28 +159,27 @@ class Records:
         return total
 
     def __getitem__(self, index: Any) -> list[Any]:
-        """The numbers of some records."""
         rows = [self._data[index * self._rows + k] for k in range(self._rows)]
         return [self._mi.Float(v) for row in rows for v in row][: self.numbers]
 
 
 def record_bytes(numbers: int, half: bool) -> int:
-    """Memory of a record."""
+    """Memory that a record takes."""
     rows, row = _rows(numbers)
     return rows * row * (2 if half else 4)
 
 
 def _rows(numbers: int) -> tuple[int, int]:
-    """Of a record: how many, and how many numbers each has."""
+    """The number of rows in a record, and of numbers in a row."""
     row = min(_ROW, 1 << (numbers - 1).bit_length())
     return -(-numbers // row), row
 
 
 class AlignedBuffer:
-    """Rows of numbers, each of which a kernel reads at once.
+    """Rows of numbers that a kernel reads one row at a time.
 
-    Values have shape (count, size), size a power of two, and are of
-    :func:`nacre.array.aligned_zeros`: float16, float32 or int32. What they hold must not change.
+    Values have shape (count, size), size a power of two, and come from
+    :func:`nacre.array.aligned_zeros`: float16, float32 or int32. They must not change later.
     """
 
     def __init__(self, mi: Any, values: npt.NDArray[Any]) -> None:
@@ -196,7 +192,6 @@ class AlignedBuffer:
         self._data = tensor(values).array
 
     def __getitem__(self, index: Any) -> list[Any]:
-        """The numbers of some rows."""
         dr = require("drjit", "render")
         shape = (self._size, dr.width(index))
         return list(dr.gather(self._kind, self._data, index, shape=shape))

@@ -1,4 +1,4 @@
-"""What files of other tools keep of a material beside its parameters."""
+"""Facts that files of other tools keep about a material beside its parameters."""
 
 from __future__ import annotations
 
@@ -11,18 +11,15 @@ from nacre.errors import FormatError, printable, reason
 from nacre.io.files import check_json
 
 FACTS = "nacre"
-"""Name of what holds :func:`facts_of` in a file."""
+"""Name of the entry for :func:`facts_of` in a file."""
 
 _FACT_KEYS = "name", "metadata"
 
 
 def facts_of(brdf: AnalyticBrdf) -> str:
-    """Name and metadata of a material as JSON, for tools that keep what they do not know.
+    """Name and metadata of a material as JSON, for tools that keep unknown entries.
 
-    Raises
-    ------
-    FormatError
-        If the metadata cannot be written.
+    Raises FormatError if the metadata cannot be written.
     """
     facts = {"name": brdf.name, "metadata": brdf.metadata}
     try:
@@ -33,12 +30,9 @@ def facts_of(brdf: AnalyticBrdf) -> str:
 
 
 def parsed_facts(text: str | None) -> tuple[str, dict[str, Any]]:
-    """Name and metadata that :func:`facts_of` wrote; none where a file has no text.
+    """Name and metadata from :func:`facts_of`, empty if a file has no such text.
 
-    Raises
-    ------
-    FormatError
-        If it wrote no such text.
+    Raises FormatError if the text is not from there.
     """
     if text is None:
         return "", {}
@@ -55,10 +49,8 @@ def parsed_facts(text: str | None) -> tuple[str, dict[str, Any]]:
 
 
 def node_name(name: str) -> str:
-    """A name as MaterialX and USD take it: ASCII letters, digits and _, no digit first.
+    """A name for MaterialX and USD: ASCII letters, digits and _, no digit first.
 
-    Examples
-    --------
     >>> node_name("2 coats")
     'm_2_coats'
     """
@@ -67,7 +59,7 @@ def node_name(name: str) -> str:
 
 
 def about(brdf: AnalyticBrdf) -> str:
-    """What a file says of its material to people: where it is from, and the terms of that."""
+    """What a file tells people about its material: its source, and the terms of that."""
     known = brdf.describe()
     parts = []
     if "fitted to" in known:

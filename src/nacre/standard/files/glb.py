@@ -1,7 +1,7 @@
-"""glTF 2.0 files with one material: a sphere that opens anywhere is written, any is read.
+"""glTF 2.0 files with one material: writes a sphere that opens anywhere, reads any file.
 
 A `.glb` is a header, a chunk of JSON and a chunk of binary data (glTF 2.0, section 4.4); a `.gltf`
-is the JSON alone. Of what is read, only the JSON is looked at. Colors are linear.
+is the JSON alone. Reading uses only the JSON. Colors are linear.
 """
 
 from __future__ import annotations
@@ -28,19 +28,16 @@ _JSON, _BINARY = 0x4E4F534A, 0x004E4942  # "JSON" and "BIN\0"
 _HEADER = struct.Struct("<4s4I")  # magic, version, length; length and kind of the first chunk
 _LIMIT = 1 << 24  # bytes of JSON
 _FLOAT, _SHORT = 5126, 5123
-_VERTICES, _INDICES = 34962, 34963  # what buffer views are bound to
+_VERTICES, _INDICES = 34962, 34963  # targets of buffer views
 
 
 def encode(brdf: Gltf, mesh: Mesh | None = None) -> bytes:
-    """A `.glb` of a mesh, by default a sphere, in a material. The same bytes for the same material.
+    """A `.glb` with a mesh, by default a sphere, in a material; the same bytes for the same
+    material.
 
-    The metadata, with the fit's errors and the source, lie in the material's `extras`, the terms of
-    the source in `asset.copyright`.
-
-    Raises
-    ------
-    FormatError
-        If the metadata cannot be written as JSON.
+    The metadata, with the fit's errors and the source, are in the material's `extras`, and the
+    terms of the source in `asset.copyright`. Raises FormatError if the metadata cannot be written
+    as JSON.
     """
     shape = mesh or sphere()
     attributes: dict[str, tuple[Any, str]] = {
@@ -97,7 +94,7 @@ def encode(brdf: Gltf, mesh: Mesh | None = None) -> bytes:
 
 
 def container(content: Mapping[str, Any], binary: bytes) -> bytes:
-    """The bytes of a `.glb`; raises FormatError where its JSON cannot be written."""
+    """The bytes of a `.glb`; raises FormatError if its JSON cannot be written."""
     try:
         check_json(content)
         text = json.dumps(content, separators=(",", ":"), ensure_ascii=False).encode()
@@ -111,31 +108,19 @@ def container(content: Mapping[str, Any], binary: bytes) -> bytes:
 
 
 def save(brdf: Brdf, path: Path, progress: Progress | None = None) -> None:
-    """Write a sphere in a material: as it is where it is glTF's, else glTF's fitted to it.
+    """Write a sphere in a material, which is fitted if it is not glTF's.
 
-    Raises
-    ------
-    FormatError
-        If the path is bad, or the model cannot be fitted.
+    Raises FormatError if the path is bad, or the model cannot be fitted.
     """
     write_fitted(brdf, Gltf, path, encode, progress)
 
 
 def load(path: Path, material: str | None = None) -> Gltf:
-    """Read a material of a `.glb` or `.gltf`, from any tool.
+    """Read a material by name, or the first, from any tool's `.glb` or `.gltf`.
 
-    Parameters
-    ----------
-    path
-        The file; textures, meshes and buffers that it refers to are not looked at.
-    material
-        Name of a material; None for the first.
-
-    Raises
-    ------
-    FormatError
-        If the file is absent or damaged, has no such material, or one that the model cannot hold:
-        with textures, transparency, emission, or extensions that the model has not.
+    Textures, meshes and buffers that the file refers to are not read. Raises FormatError if the
+    file is absent or damaged, has no such material, or one that the model cannot hold: with
+    textures, transparency, emission, or other extensions.
     """
     text = _text(path)
     try:
@@ -163,7 +148,7 @@ def _name(material: Any) -> str:
 
 
 def _facts(material: Any) -> dict[str, Any]:
-    """What :func:`encode` has noted; nothing of other tools."""
+    """What :func:`encode` stored; nothing from other tools."""
     extras = material.get("extras") if isinstance(material, dict) else None
     noted = extras.get(FACTS) if isinstance(extras, dict) else None
     if not isinstance(noted, dict):
@@ -173,7 +158,7 @@ def _facts(material: Any) -> dict[str, Any]:
 
 
 def _text(path: Path) -> bytes:
-    """The JSON of a file of either kind."""
+    """The JSON of either kind of file."""
     with opened(path) as file:
         size = check_regular(Path(path))
         head = file.read(_HEADER.size)
@@ -184,7 +169,7 @@ def _text(path: Path) -> bytes:
             raise FormatError(f"{path}: ends within the header; the file is cut short or damaged")
         _, version, total, length, kind = _HEADER.unpack(head)
         if (version, kind) != (_VERSION, _JSON):
-            raise FormatError(f"{path}: is no glTF 2.0: version {version}, first chunk {kind:#x}")
+            raise FormatError(f"{path}: is not glTF 2.0: version {version}, first chunk {kind:#x}")
         if total != size or length > total - _HEADER.size:
             raise FormatError(f"{path}: is cut short or damaged: {size} bytes of {total}")
         if length > _LIMIT:

@@ -1,4 +1,4 @@
-"""The material of a glTF file, as its JSON has it, to and from :class:`nacre.standard.gltf.Gltf`.
+"""Converts materials between glTF's JSON and :class:`nacre.standard.gltf.Gltf`.
 
 glTF 2.0, sections 3.9 and 5.19, and the texts of the extensions that the model has.
 """
@@ -34,7 +34,7 @@ _EXTENSIONS: Mapping[str, Mapping[str, Any]] = {
     "KHR_materials_sheen": {"sheenColorFactor": _BLACK, "sheenRoughnessFactor": 0.0},
     "KHR_materials_clearcoat": {"clearcoatFactor": 0.0, "clearcoatRoughnessFactor": 0.0},
 }
-"""Parameters and what they are where a file does not say."""
+"""Parameters and their defaults."""
 
 _SWITCHES = {
     "KHR_materials_iridescence": "iridescenceFactor",
@@ -42,16 +42,16 @@ _SWITCHES = {
     "KHR_materials_sheen": "sheenColorFactor",
     "KHR_materials_clearcoat": "clearcoatFactor",
 }
-"""Parameters that switch a layer off where they are 0."""
+"""Parameters that switch a layer off if they are 0."""
 
-_NEGLIGIBLE = 1e-5  # of a layer: invisible, and where fits leave those that they do not need
+_NEGLIGIBLE = 1e-5  # weight of a layer that is invisible; fits leave unneeded layers there
 
 _WITHOUT_EFFECT = ("name", "extras", "doubleSided", "alphaCutoff", "iridescenceThicknessMinimum")
 _FIX = "bake it to one value, or remove it"
 
 
 def to_json(brdf: Gltf) -> dict[str, Any]:
-    """The material, but for its name. Layers that do nothing are left out, numbers and all."""
+    """The material without its name. Layers without effect are left out with all their numbers."""
     values: dict[str, Any] = {
         k: list(v) if isinstance(v, tuple) else v for k, v in brdf.values.items()
     }
@@ -70,13 +70,10 @@ def to_json(brdf: Gltf) -> dict[str, Any]:
 
 
 def from_json(material: Any, name: str, metadata: Mapping[str, Any]) -> Gltf:
-    """The model of a material in JSON, which may come from any tool.
+    """The model for a material in JSON, from any tool.
 
-    Raises
-    ------
-    FormatError
-        Naming what is damaged, or what the model does not have: a texture, transparency, emission,
-        an extension.
+    Raises FormatError that names what is damaged, or what the model lacks: a texture, transparency,
+    emission, an extension.
     """
     material = _object(material, "the material")
     extensions = _object(material.get("extensions", {}), "extensions")
@@ -107,7 +104,7 @@ def from_json(material: Any, name: str, metadata: Mapping[str, Any]) -> Gltf:
 
 
 def _read(given: Mapping[str, Any], defaults: Mapping[str, Any]) -> dict[str, Any]:
-    """Values of an object of the file, completed."""
+    """Values of an object in the file, with defaults."""
     _check_known(given, (*defaults, *_WITHOUT_EFFECT))
     values: dict[str, Any] = {}
     for name, default in defaults.items():
@@ -135,7 +132,7 @@ def _object(given: Any, name: str) -> Mapping[str, Any]:
 
 
 def _numbers(given: Any, name: str, count: int) -> tuple[float, ...]:
-    """As many finite numbers."""
+    """The expected count of finite numbers."""
     if not isinstance(given, list | tuple) or len(given) != count:
         raise FormatError(f"{name}: takes {count} numbers, got {_text(given)}")
     for number in given:
@@ -145,5 +142,5 @@ def _numbers(given: Any, name: str, count: int) -> tuple[float, ...]:
 
 
 def _text(given: Any) -> str:
-    """What a file has, in a few characters."""
+    """A value from the file, abbreviated."""
     return reprlib.repr(given)

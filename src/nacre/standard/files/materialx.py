@@ -1,7 +1,7 @@
 """MaterialX documents (`.mtlx`) that hold one OpenPBR surface.
 
 MaterialX specification 1.39, "MTLX File Format Definition" and "Color Spaces and Color Management
-Systems". What is written is one node with a value for every parameter and a material of it; an
+Systems". A written document has one node with a value for every parameter, and a material; an
 anisotropic material's tangent comes from a node `rotate3d`.
 """
 
@@ -38,16 +38,13 @@ _LIMIT = 1 << 18
 _GAMMAS = {"lin_rec709": 1.0, "none": 1.0, "g18_rec709": 1.8, "g22_rec709": 2.2}
 _CONNECTIONS = "nodename", "nodegraph", "interfacename", "output", "channels"
 _AXES = {"in": "tangent", "axis": "normal"}
-"""Nodes that a rotated tangent is made of, by the inputs of `rotate3d`."""
+"""Nodes behind a rotated tangent, by the inputs of `rotate3d`."""
 
 
 def encode(brdf: OpenPbr) -> bytes:
-    """A document of a material; every number comes back as it was.
+    """A document with a material; every number survives exactly.
 
-    Raises
-    ------
-    FormatError
-        If its metadata cannot be written.
+    Raises FormatError if the metadata cannot be written.
     """
     name = node_name(brdf.name)
     root = Element("materialx", version="1.39", colorspace="lin_rec709")
@@ -86,28 +83,22 @@ def _connect(node: Element, name: str, kind: str, other: str) -> None:
 
 
 def save(brdf: Brdf, path: Path, progress: Progress | None = None) -> None:
-    """Write a material, fitted on pictures if it is of another model.
+    """Write a material; other models are fitted on pictures.
 
-    Raises
-    ------
-    FormatError
-        If the path is bad, or the model cannot be fitted.
+    Raises FormatError if the path is bad, or the model cannot be fitted.
     """
     write_fitted(brdf, OpenPbr, path, encode, progress)
 
 
 def load(path: Path) -> OpenPbr:
-    """Read the one OpenPBR surface of a document.
+    """Read the only OpenPBR surface in a document.
 
-    Raises
-    ------
-    FormatError
-        Naming the node and the input, and what to do, where there is another or no surface, or an
-        input that is no constant, in a color space that is not known, or out of bounds.
+    Raises FormatError with the node, the input and the fix, if there is none or another surface, or
+    an input is not constant, out of bounds, or in an unknown color space.
     """
     root = read_xml(path, _LIMIT)
     if root.tag != "materialx":
-        raise FormatError(f"{path}: is no MaterialX document: its root is {root.tag[:40]!r}")
+        raise FormatError(f"{path}: is not a MaterialX document: its root is {root.tag[:40]!r}")
     try:
         shader, material = _surface(root)
         facts = None if material is None else material.get(FACTS)
@@ -117,7 +108,7 @@ def load(path: Path) -> OpenPbr:
 
 
 def _surface(root: Element) -> tuple[Element, Element | None]:
-    """The shader of a document, and the material that it is of, if any."""
+    """The shader in a document, and its material, if any."""
     for element in root:
         if element.tag.endswith("include"):
             raise FormatError("includes another file; save it with all in one")
@@ -152,7 +143,7 @@ class _Shader:
         self.inputs = {e.get("name", ""): e for e in node if e.tag == "input"}
 
     def brdf(self, facts: str | None) -> OpenPbr:
-        """The material of an OpenPBR node, and what else is known of it."""
+        """The material of an OpenPBR node with its facts."""
         inputs: dict[str, Input] = {}
         angles = []
         for name, element in self.inputs.items():
@@ -164,7 +155,7 @@ class _Shader:
                 problem = "is not read" if name.startswith("geometry_") else "is not known"
                 raise FormatError(f"{self._field(element)}: {problem}; remove it")
         if len(set(angles)) > 1 or (angles and len(angles) < len(TANGENTS)):
-            raise FormatError(f"{' and '.join(TANGENTS)}: are not the same, which is not read")
+            raise FormatError(f"{' and '.join(TANGENTS)}: are not the same; make them equal")
         return read(inputs, angles[0] if angles else None, facts)
 
     def _field(self, element: Element) -> str:
@@ -190,14 +181,14 @@ class _Shader:
         raise FormatError(f"{field}: is not {wanted}, but {kind} {text[:40]!r}")
 
     def _linear(self, field: str, element: Element, color: Sequence[float]) -> Sequence[float]:
-        """A color in linear Rec. 709, from the space that the nearest element around it says."""
+        """A color in linear Rec. 709, from the space given by the nearest enclosing element."""
         spaces = (each.get("colorspace") for each in (element, self.node, self.root))
         space = next((s for s in spaces if s), "lin_rec709")
         if space != "srgb_texture" and space not in _GAMMAS:
             known = ", ".join([*_GAMMAS, "srgb_texture"])
             raise FormatError(f"{field}: color space {space[:40]!r} is not one of {known}")
         if not all(0.0 <= c <= 1.0 for c in color):
-            return color  # out of bounds, as its reader will say
+            return color  # out of bounds, which the caller reports
         if space == "srgb_texture":
             return list(srgb_to_linear(np.array(color)))
         return [c ** _GAMMAS[space] for c in color]

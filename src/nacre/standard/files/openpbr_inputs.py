@@ -1,4 +1,4 @@
-"""Inputs of OpenPBR's node, which files of MaterialX and USD give in their own ways."""
+"""Inputs of OpenPBR's node, as shared by MaterialX and USD files."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ DEFAULTS: Mapping[str, Input] = {
     "thin_film_thickness": 0.5,
     "thin_film_ior": 1.4,
 }
-"""What an input is that a file does not give (OpenPBR 1.1, "Parameter reference")."""
+"""Defaults (OpenPBR 1.1, "Parameter reference")."""
 
 _ABSENT: Mapping[str, float] = {
     "transmission_weight": 0.0,
@@ -50,7 +50,7 @@ _ABSENT: Mapping[str, float] = {
     "geometry_opacity": 1.0,
     "geometry_thin_walled": 0.0,
 }
-"""What a reflectance has nothing of, at what it must be."""
+"""Inputs of effects that no reflectance has, with the value that they must have."""
 
 _WITHOUT_EFFECT: Mapping[str, type] = {
     "transmission_color": tuple,
@@ -65,14 +65,14 @@ _WITHOUT_EFFECT: Mapping[str, type] = {
     "subsurface_scatter_anisotropy": float,
     "emission_color": tuple,
 }
-"""What matters only beside one of those."""
+"""Inputs that matter only with one of those."""
 
 KINDS: Mapping[str, type] = {
     **{name: type(value) for name, value in DEFAULTS.items()},
     **dict.fromkeys(_ABSENT, float),
     **_WITHOUT_EFFECT,
 }
-"""Inputs with a value, and whether it is a number (a truth value counts as one) or a color."""
+"""Whether each input is a number (or a truth value) or a color."""
 
 _ANISOTROPY = "specular_roughness_anisotropy", "coat_roughness_anisotropy"
 
@@ -83,17 +83,17 @@ def read(inputs: Mapping[str, Input], angle: float | None, facts: str | None) ->
     Parameters
     ----------
     inputs
-        Those of :data:`KINDS` that a file gives.
+        The inputs from :data:`KINDS` that a file has.
     angle
-        Of the tangent, in radians; None where a file does not turn it.
+        Of the tangent, in radians; None if a file does not turn it.
     facts
-        What :func:`facts_of` wrote; None in files of others.
+        The text from :func:`facts_of`; None in other tools' files.
 
     Raises
     ------
     FormatError
-        If a value is out of bounds, light goes through the material, comes from it, or passes it
-        by, or the facts are damaged.
+        If a value is out of bounds, the material transmits or emits light or is cut out, or the
+        facts are damaged.
     """
     name, metadata = parsed_facts(facts)
     for each, expected in _ABSENT.items():
@@ -116,7 +116,7 @@ def read(inputs: Mapping[str, Input], angle: float | None, facts: str | None) ->
 
 
 def _half_turn(angle: float) -> float:
-    """An angle as one from -90 to 90 degrees: a tangent and its opposite are the same here."""
+    """An equivalent angle from -90 to 90 degrees: a tangent and its opposite are the same here."""
     if ANGLE.low <= angle <= ANGLE.high:
         return angle
     return math.remainder(angle, math.pi)

@@ -1,4 +1,4 @@
-"""A sphere as triangles, to show a material on."""
+"""A sphere made of triangles, for showing a material."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ _SEGMENTS, _RINGS = 64, 32
 
 @dataclass(frozen=True)
 class Mesh:
-    """Triangles with what shading needs.
+    """Triangles with attributes for shading.
 
     Parameters
     ----------
     positions, normals
         Shape (n, 3), float32; y is up.
     tangents
-        Shape (n, 4), float32: the direction in which u grows, and 1 where the bitangent is normal
-        x tangent.
+        Shape (n, 4), float32: the direction in which u grows, and 1 if the bitangent is normal x
+        tangent.
     uv
         Texture coordinates, shape (n, 2), float32; v grows downward.
     triangles
-        Indices, shape (m, 3), uint16; counterclockwise as seen from outside.
+        Indices, shape (m, 3), uint16; counterclockwise seen from outside.
     """
 
     positions: npt.NDArray[np.float32]
@@ -39,7 +39,7 @@ def sphere() -> Mesh:
     """The unit sphere in rings of latitude; tangents point east."""
     columns, rows = np.arange(_SEGMENTS + 1), np.arange(_RINGS + 1)
     u, v = np.meshgrid(columns / _SEGMENTS, rows / _RINGS)
-    u[0] += 0.5 / _SEGMENTS  # a pole has one vertex a triangle, at its middle
+    u[0] += 0.5 / _SEGMENTS  # each triangle has its own vertex at the pole, at its middle
     u[-1] -= 0.5 / _SEGMENTS
     theta, phi = math.pi * v, 2.0 * math.pi * u
     up, radius, east = np.cos(theta), np.sin(theta), np.zeros_like(u)

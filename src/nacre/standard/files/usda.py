@@ -1,7 +1,7 @@
 """USD layers as text (`.usda`) that hold one OpenPBR surface.
 
-A UsdShade material of MaterialX's node (`outputs:mtlx:surface`), with a UsdPreviewSurface that
-comes near it for viewers that know no other (`outputs:surface`), on a sphere. OpenUSD, schemas
+On a sphere, a UsdShade material with MaterialX's node (`outputs:mtlx:surface`) and, for viewers
+that know nothing else, a UsdPreviewSurface close to it (`outputs:surface`). OpenUSD, schemas
 UsdShade and UsdMtlx; "UsdPreviewSurface Specification" 2.6.
 """
 
@@ -34,7 +34,7 @@ _RADIUS = 0.1  # of the sphere, in meters
 _OUTPUT = "outputs:mtlx:surface"
 _LINEAR = "lin_rec709", "lin_rec709_scene", "raw"
 _TURN = {"in": "ND_tangent_vector3", "axis": "ND_normal_vector3"}
-"""Nodes that a rotated tangent is made of, by the inputs of ND_rotate3d_vector3."""
+"""Nodes behind a rotated tangent, by the inputs of ND_rotate3d_vector3."""
 
 _LAYER = """\
 #usda 1.0
@@ -79,12 +79,9 @@ def Xform "{name}" (
 
 
 def encode(brdf: OpenPbr) -> bytes:
-    """A layer of a material; every number comes back as it was.
+    """A layer with a material; every number survives exactly.
 
-    Raises
-    ------
-    FormatError
-        If its metadata cannot be written.
+    Raises FormatError if the metadata cannot be written.
     """
     name = node_name(brdf.name)
     own = f"/{name}/materials/{name}"
@@ -133,8 +130,9 @@ def _shader(name: str, node: str, lines: Iterable[str], output: str) -> str:
 
 
 def preview(brdf: OpenPbr) -> Mapping[str, Input]:
-    """Inputs of a UsdPreviewSurface that comes near: base, dielectric and coat. It has no sheen,
-    film, tint of reflections and anisotropy.
+    """Inputs of a similar UsdPreviewSurface: base, dielectric and coat.
+
+    It has no sheen, film, reflection tint or anisotropy.
     """
     values: Mapping[str, Any] = brdf.values
     through = values["coat_weight"]
@@ -155,28 +153,22 @@ def preview(brdf: OpenPbr) -> Mapping[str, Input]:
 
 
 def save(brdf: Brdf, path: FilePath, progress: Progress | None = None) -> None:
-    """Write a material, fitted on pictures if it is of another model.
+    """Write a material; other models are fitted on pictures.
 
-    Raises
-    ------
-    FormatError
-        If the path is bad, or the model cannot be fitted.
+    Raises FormatError if the path is bad, or the model cannot be fitted.
     """
     write_fitted(brdf, OpenPbr, path, encode, progress)
 
 
 def load(path: FilePath) -> OpenPbr:
-    """Read the one OpenPBR surface of a layer.
+    """Read the only OpenPBR surface in a layer.
 
-    Raises
-    ------
-    FormatError
-        Naming the prim and the input, and what to do, where there is another or no surface, or an
-        input that is no constant, in a color space that is not known, or out of bounds.
+    Raises FormatError with the prim, the input and the fix, if there is none or another surface, or
+    an input is not constant, out of bounds, or in an unknown color space.
     """
     data = read_bytes(path, _LIMIT)
     if data.startswith(b"PXR-USDC"):
-        raise FormatError(f"{path}: is a binary layer; usdcat makes text of it (-o x.usda)")
+        raise FormatError(f"{path}: is a binary layer; convert it to text with usdcat (-o x.usda)")
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -190,7 +182,7 @@ def load(path: FilePath) -> OpenPbr:
 
 
 class _Material:
-    """The one material of a layer."""
+    """The only material in a layer."""
 
     def __init__(self, prims: Mapping[str, Prim]) -> None:
         self.prims = prims
@@ -201,15 +193,14 @@ class _Material:
         ((self.path, self.prim),) = found.items()
 
     def brdf(self) -> OpenPbr:
-        """What it is made of."""
         shader = self._connected(self.prim, _OUTPUT) or self._connected(
             self.prim, "outputs:surface"
         )
         node = "nothing that is here" if shader is None else _node(shader)
         if shader is None or node != NODE_DEFINITION:
             raise FormatError(
-                f"{self.path[:60]}: its surface is {node[:60]}, of which only {NODE_DEFINITION} is "
-                f"read; connect one to {_OUTPUT}"
+                f"{self.path[:60]}: its surface is {node[:60]}; only {NODE_DEFINITION} is read, so "
+                f"connect one to {_OUTPUT}"
             )
         inputs: dict[str, Input] = {}
         angles: dict[str, float] = {}
@@ -228,7 +219,7 @@ class _Material:
                 problem = "is not read" if plain.startswith("geometry_") else "is not known"
                 raise FormatError(f"{field}: {problem}; remove it")
         if len(set(angles.values())) > 1 or len(angles) == 1:
-            raise FormatError(f"{' and '.join(TANGENTS)}: are not the same, which is not read")
+            raise FormatError(f"{' and '.join(TANGENTS)}: are not the same; make them equal")
         data = self.prim.metadata.get("customData", {})
         facts = data.get(FACTS) if isinstance(data, dict) else None
         angle = next(iter(angles.values()), None)
@@ -254,7 +245,7 @@ class _Material:
 
 
 def _node(shader: Prim) -> str:
-    """Identifier of the node that a shader is."""
+    """Identifier of a shader's node."""
     found = shader.properties.get("info:id")
     return found.value if found and isinstance(found.value, str) else f"a {shader.kind}"
 

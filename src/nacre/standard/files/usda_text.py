@@ -1,6 +1,6 @@
-"""Text of USD layers as prims and their properties, without what composes layers.
+"""Text of USD layers as prims and their properties, without composition.
 
-OpenUSD, "Usda File Format Specification". What is read: prims, their metadata, attributes and
+OpenUSD, "Usda File Format Specification". This reads prims, their metadata, attributes and
 relationships with values and connections. Variants, references and sublayers are not followed.
 """
 
@@ -14,7 +14,7 @@ from typing import Any
 from nacre.errors import FormatError
 
 DEPTH_LIMIT = 64
-"""Most prims, or values, within each other."""
+"""The most levels of nested prims, or values."""
 
 _TOKEN = re.compile(
     r"""
@@ -47,7 +47,7 @@ class Path:
 
 @dataclass
 class Property:
-    """An attribute or a relationship, as far as it says something."""
+    """An attribute or a relationship, in simplified form."""
 
     kind: str
     value: Any = None
@@ -56,7 +56,7 @@ class Property:
 
 @dataclass
 class Prim:
-    """A prim; properties by name, connections by that with ".connect" behind it."""
+    """A prim; properties are by name, connections by name with ".connect" appended."""
 
     kind: str
     name: str
@@ -65,21 +65,17 @@ class Prim:
     children: list[Prim] = field(default_factory=list)
 
     def walk(self, path: str = "") -> Iterator[tuple[str, Prim]]:
-        """All prims below this one, by their paths."""
+        """All prims below this one, by path."""
         for child in self.children:
             yield f"{path}/{child.name}", child
             yield from child.walk(f"{path}/{child.name}")
 
 
 def parse(text: str) -> Prim:
-    """The root of a layer, which has its metadata and its top prims.
+    """The root of a layer with its metadata and top prims.
 
-    Values are numbers, texts, :class:`Path`, tuples (of arrays, too) and dicts.
-
-    Raises
-    ------
-    FormatError
-        Naming the line, where something is not of a layer or not read.
+    Values are numbers, texts, :class:`Path`, tuples (also for arrays) and dicts. Raises FormatError
+    with the line, for anything that is not part of a layer or not supported.
     """
     return _Parser(text).layer()
 
@@ -100,7 +96,7 @@ class _Parser:
         return self._fail(f"expected {wanted}, found {word[:40]!r}")
 
     def _next(self) -> tuple[str, str]:
-        """What was ahead; the token behind it is ahead now."""
+        """Return the token ahead, and advance."""
         before = self._kind, self._word
         while self._place < len(self._text):
             self._start = self._place
@@ -121,7 +117,7 @@ class _Parser:
         return self._next()[1]
 
     def _skip(self, *words: str) -> bool:
-        """Whether one of some words is ahead, which is taken then."""
+        """Whether one of some words is ahead; it is consumed."""
         found = self._kind in ("mark", "word") and self._word in words
         if found:
             self._next()
@@ -167,7 +163,7 @@ class _Parser:
         return name, Property(kind, value, self._metadata())
 
     def _metadata(self) -> dict[str, Any]:
-        """What stands in parentheses, by name; texts without a name are comments."""
+        """The entries in parentheses, by name; texts without a name are comments."""
         found: dict[str, Any] = {}
         if not self._skip("("):
             return found
@@ -209,7 +205,7 @@ class _Parser:
         return tuple(found)
 
     def _entries(self) -> dict[str, Any]:
-        """A dictionary of values with types, or samples by time."""
+        """A dictionary of typed values, or samples by time."""
         found: dict[str, Any] = {}
         while not self._skip("}"):
             if self._kind == "number":
@@ -227,7 +223,7 @@ class _Parser:
 
 
 def _text(word: str) -> str:
-    """What a token stands for: without quotes and escapes, where it has some."""
+    """The content of a token, without quotes and escapes."""
     if word[:1] not in ("'", '"'):
         return word
     size = 3 if len(word) >= 6 and word[:3] == word[:1] * 3 else 1
@@ -235,6 +231,6 @@ def _text(word: str) -> str:
 
 
 def quoted(text: str) -> str:
-    """A text as a layer has it."""
+    """A text as a layer writes it."""
     plain = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
     return f'"{plain}"'

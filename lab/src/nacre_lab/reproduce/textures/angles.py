@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.figures.chart import charts, color_of, dress, line_style
+from nacre_lab.reproduce.chart import charts, color_of, dress, line_style
 from nacre_lab.reproduce.experiment import Outcome
 from nacre_lab.reproduce.tables import geometric_mean, markdown_table, scaled
 from nacre_lab.reproduce.textures.methods import Method

@@ -10,10 +10,10 @@ import numpy.typing as npt
 from scipy.spatial import KDTree
 
 from nacre.errors import NacreError
-from nacre.figures.chart import charts
 from nacre.figures.page import INK
 from nacre.figures.texel_map import scatter_families
 from nacre.latent.map import embed
+from nacre_lab.reproduce.chart import charts
 from nacre_lab.reproduce.experiment import Outcome
 from nacre_lab.reproduce.tables import markdown_table
 from nacre_lab.reproduce.textures.materials import Material

@@ -13,10 +13,11 @@ from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.color import tone_map
 from nacre.errors import NacreError
-from nacre.figures.page import FAINT, Figure, Page, broken
+from nacre.figures.page import FAINT, Figure, Page
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.codec import TexelCodec
 from nacre.textures.synthesis import synthesize
+from nacre_lab.reproduce.chart import broken
 from nacre_lab.reproduce.experiment import Outcome
 from nacre_lab.reproduce.tables import markdown_table
 from nacre_lab.reproduce.textures import rendering

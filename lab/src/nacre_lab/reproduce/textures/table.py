@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from nacre.figures.chart import COLORS, charts, color_of, dress
 from nacre.figures.page import Figure
+from nacre.figures.plot import COLORS
+from nacre_lab.reproduce.chart import charts, color_of, dress
 from nacre_lab.reproduce.experiment import Outcome
 from nacre_lab.reproduce.tables import geometric_mean, markdown_table, scaled
 from nacre_lab.reproduce.textures.methods import Method

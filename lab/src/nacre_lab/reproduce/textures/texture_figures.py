@@ -10,9 +10,10 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.color import tone_map
-from nacre.figures.page import FAINT, Figure, Page, broken
+from nacre.figures.page import FAINT, Figure, Page
 from nacre.measured.textures.directions import from_degrees
 from nacre.textures.selection import nearest_pair
+from nacre_lab.reproduce.chart import broken
 from nacre_lab.reproduce.experiment import Outcome
 from nacre_lab.reproduce.tables import markdown_table, scaled
 from nacre_lab.reproduce.textures.materials import Material

@@ -11,8 +11,8 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.errors import NacreError
-from nacre.figures.chart import charts, color_of, dress, place_labels
 from nacre.textures.codecs.codec import TexelCodec
+from nacre_lab.reproduce.chart import charts, color_of, dress, place_labels
 from nacre_lab.reproduce.experiment import Outcome
 from nacre_lab.reproduce.tables import geometric_mean, markdown_table, scaled
 from nacre_lab.reproduce.textures.methods import KINDS, Method

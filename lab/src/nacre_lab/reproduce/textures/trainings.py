@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
-from nacre.figures.chart import charts, dress, line_style
 from nacre.figures.page import Figure
 from nacre.textures.codecs.codec import TexelCodec
 from nacre.textures.codecs.networks.journal import Row, read_journal
+from nacre_lab.reproduce.chart import charts, dress, line_style
 from nacre_lab.reproduce.tables import markdown_table
 from nacre_lab.reproduce.textures.methods import Method
 

@@ -17,7 +17,8 @@ import numpy as np
 
 from nacre.render.engine import mitsuba
 from nacre.render.mesh import grid_mesh
-from nacre.render.scene import camera, matte, path_traced, rgb, sphere
+from nacre.render.scene import camera, matte, path_traced, rgb
+from nacre_lab.reproduce.kitchen import sphere
 
 _CAMERA = (0.0, 2.0, 15.0)
 _TARGET = (0.0, -1.55, 2.5)

@@ -1,4 +1,4 @@
-"""Charts of numbers: the colors of their lines, what their axes look like, names of points."""
+"""Charts of numbers: how lines and axes look, and the names of points."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from typing import Any
 from nacre.array import Floats
 from nacre.errors import require
 from nacre.figures.page import FAINT, INK
+from nacre.figures.plot import COLORS
 
-COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-"""Of Okabe and Ito's palette for all kinds of color vision."""
 _DASHES = ("-", "o"), ("--", "s"), (":", "^"), ("-.", "D")
 
 _GRID = "#e4e4e1"
@@ -123,3 +122,13 @@ def place_labels(
         **style,
     )
     axes.set(**limits)
+
+
+def broken(name: str, length: int = 17) -> str:
+    """A long name in lines, broken at dashes and underscores."""
+    lines = [""]
+    for part in name.replace("_", "_ ").replace("-", "- ").split():
+        if lines[-1] and len(lines[-1]) + len(part) > length:
+            lines.append("")
+        lines[-1] += part
+    return "\n".join(lines)

@@ -7,8 +7,9 @@ import pytest
 pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 
 from nacre.render.engine import mitsuba as engine
-from nacre.render.ray_count import rays_per_path
-from nacre.render.scene import camera, path_traced, rgb, sphere
+from nacre.render.scene import camera, path_traced, rgb
+from nacre_lab.reproduce.kitchen import sphere
+from nacre_lab.reproduce.ray_count import rays_per_path
 
 CAMERA = camera([0.0, 0.0, 0.0], [0.0, 0.0, -1.0], 40.0, (32, 32))
 SKY = {"type": "constant"}

@@ -14,18 +14,10 @@ _ROULETTE_DEPTH, _MOST_LIKELY = (
 
 
 def rays_per_path(scene: Any, depth: int, paths: int = 1 << 16, seed: int = 0) -> float:
-    """Mean number of rays of a path: from the camera, on to what a BSDF samples, and to lights.
+    """Mean number of rays per path: from the camera, on to what a BSDF samples, and to lights.
 
-    Parameters
-    ----------
-    scene
-        A loaded scene, whose first camera sees it.
-    depth
-        Segments of a path at most, the integrator's `max_depth`.
-    paths
-        How many the mean is of.
-    seed
-        Of the paths.
+    The scene is loaded, and its first camera is used. Paths have at most `depth` segments, like the
+    integrator's `max_depth`; the mean is over `paths` of them, seeded by `seed`.
     """
     mi: Any = mitsuba()
     dr: Any = require("drjit", "render")

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from nacre.render.engine import mitsuba
 from nacre.render.mesh import revolve
-from nacre.render.scene import camera, matte, path_traced, rgb, sphere
+from nacre.render.scene import camera, matte, path_traced, rgb
 
 SLOTS = (
     *("counter", "doors", "tiles", "hood", "pot", "kettle"),
@@ -102,6 +102,11 @@ def describe_kitchen(bsdfs: Sequence[Any], size: tuple[int, int] = (480, 320)) -
         for index, (middle, radius) in enumerate(balls):
             scene[f"{slot}_{index}"] = sphere(middle, radius, bsdf=given[slot])
     return scene
+
+
+def sphere(middle: Sequence[float], radius: float, **surface: Any) -> dict[str, Any]:
+    """A sphere with a `bsdf` or an `emitter`."""
+    return {"type": "sphere", "center": list(middle), "radius": radius, **surface}
 
 
 def _room(place: Any) -> dict[str, Any]:

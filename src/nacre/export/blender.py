@@ -1,4 +1,4 @@
-"""Blender: closure mixtures as nodes, by a script or by the add-on, which share their source."""
+"""Blender: closure mixtures and Principled materials, by a script or by the add-on."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if __name__ == "__main__":
 
 
 def addon() -> bytes:
-    """The source of the add-on, for Blender 4.2 to 5: one file."""
+    """The source of the add-on, a single file for Blender 4.2 to 5."""
     about = [
         "Materials of nacre in Blender: an add-on of one file.",
         "",
@@ -41,13 +41,10 @@ def addon() -> bytes:
 
 
 class BlenderClosures(Target):
-    """See :mod:`nacre.export.blender_closures`."""
-
     title = "Blender: a script that makes a material of closures"
     model = "closures"
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
-        """See :class:`nacre.export.target.Target`."""
         given = content(self.of_model(material), name)
         about = [
             *facts(material).values(),
@@ -59,19 +56,34 @@ class BlenderClosures(Target):
 
 
 class BlenderAddon(Target):
-    """See :mod:`nacre.export.blender_closures`."""
-
     title = "Blender: an add-on, and the material as a file for it"
     model = "closures"
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
-        """See :class:`nacre.export.target.Target`."""
         given = content(self.of_model(material), name)
         return {ADDON: addon(), f"{name}.json": f"{json.dumps(given, indent=1)}\n".encode()}
 
 
+class PrincipledScript(Target):
+    title = "Blender: a script that makes an asset of the Principled node"
+    model = "principled"
+
+    def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
+        """See :class:`nacre.export.target.Target`; what is no Principled material is fitted."""
+        found = self.of_model(material)
+        about = [
+            *facts(found).values(),
+            "",
+            "Blender 4.2 to 5: blender --python this file, or open it in the text editor and run.",
+            "A material is added as an asset; one that this added before gets its values again.",
+        ]
+        pieces = "reading", "nodes", "asset"
+        call = f'make_asset(read(MATERIAL, "{name}"))'
+        return {f"{name}.py": script(about, pieces, call, content(found, name))}
+
+
 def content(brdf: AnalyticBrdf, name: str) -> dict[str, Any]:
-    """The file of an analytic material, with what is known of its source."""
+    """An analytic material in the add-on's file format, with facts about its source."""
     found: dict[str, Any] = json.loads(encode(brdf))
     found["name"] = found["name"] or name
     if brdf.source:
@@ -80,14 +92,9 @@ def content(brdf: AnalyticBrdf, name: str) -> dict[str, Any]:
 
 
 def script(about: list[str], pieces: tuple[str, ...], call: str, given: dict[str, Any]) -> bytes:
-    """A script of modules of the add-on, which calls a function of theirs with the material.
+    """A script from modules of the add-on that calls one of their functions.
 
-    Parameters
-    ----------
-    about
-        Lines of its docstring.
-    call
-        With the material as `MATERIAL`, in the form of the add-on's files.
+    `about` are lines of its docstring; `call` may use `MATERIAL`, the text of the material.
     """
     text = json.dumps(given)
     lines = [text[k : k + 80] for k in range(0, len(text), 80)]
@@ -96,9 +103,9 @@ def script(about: list[str], pieces: tuple[str, ...], call: str, given: dict[str
 
 
 def assembled(about: list[str], *pieces: str) -> str:
-    """Modules of the folder `blender_addon`, in the order of their use, as one.
+    """Modules from the folder `blender_addon`, in order of use, joined into one.
 
-    Blender's Python does not have this package: what pieces import of each other lies above.
+    Blender's Python does not have this package: what pieces import from each other stands above.
     """
     imports: set[str] = set()
     bodies = []

@@ -29,10 +29,7 @@ def race(
     The median over rounds of the seconds that a rendering takes; and in each round the speed
     relative to that of the scene that `baseline` names.
 
-    Raises
-    ------
-    NacreError
-        If a kernel was compiled during a round: its time would be no rendering time.
+    Raises NacreError if a kernel was compiled during a round: its time would be no rendering time.
     """
     mi, dr = mitsuba(), require("drjit", "render")
     total, done = len(scenes) * (_WARM_UP + rounds), 0
