@@ -61,23 +61,19 @@ def load(path: PathLike) -> ScatteredBrdf:
     sigma = table[:, columns.names.index(NOISE)] if NOISE in columns.names else None
     if sigma is not None and sigma.min() < 0.0:
         raise FormatError(f"{path}: column {NOISE}: a standard deviation is negative")
-    try:
-        return from_measurement(
-            wi,
-            wo,
-            rgb,
-            header.pop("name", "") or Path(path).stem,
-            isotropic=_flag(path, header, "isotropic"),
-            spectra=spectra,
-            wavelengths=wavelengths,
-            sigma=sigma,
-            facts={f"header {key}": value for key, value in header.items() if key not in _USED}
-            | ({"rows without values": left_out} if left_out else {}),
-        )
-    except FormatError:
-        raise
-    except ValueError as error:
-        raise FormatError(f"{path}: samples: {error}") from error
+    return from_measurement(
+        wi,
+        wo,
+        rgb,
+        header.pop("name", "") or Path(path).stem,
+        where=f"{path}: samples",
+        isotropic=_flag(path, header, "isotropic"),
+        spectra=spectra,
+        wavelengths=wavelengths,
+        sigma=sigma,
+        facts={f"header {key}": value for key, value in header.items() if key not in _USED}
+        | ({"rows without values": left_out} if left_out else {}),
+    )
 
 
 def save(brdf: Brdf, path: PathLike) -> None:

@@ -59,18 +59,16 @@ def load(path: PathLike) -> ScatteredBrdf:
     wi, wo = (join(from_spherical(rows[:, k], rows[:, k + 1])).astype(np.float64) for k in (0, 2))
     spectra = rows[:, _ANGLES:]
     title, remarks = _title(_lines(data))
-    try:
-        return from_measurement(
-            wi,
-            wo,
-            to_rgb(spectra, wavelengths),
-            title or Path(path).stem,
-            spectra=spectra,
-            wavelengths=wavelengths,
-            facts={"remarks": remarks} if remarks else None,
-        )
-    except ValueError as error:
-        raise FormatError(f"{path}: samples: {error}") from error
+    return from_measurement(
+        wi,
+        wo,
+        to_rgb(spectra, wavelengths),
+        title or Path(path).stem,
+        where=f"{path}: samples",
+        spectra=spectra,
+        wavelengths=wavelengths,
+        facts={"remarks": remarks} if remarks else None,
+    )
 
 
 def _lines(data: bytes) -> Iterable[str]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Floats
+from nacre.errors import FormatError
 from nacre.measured.scattered import ScatteredBrdf
 
 
@@ -17,6 +18,7 @@ def from_measurement(
     rgb: Floats,
     name: str,
     *,
+    where: str = "",
     isotropic: bool = True,
     spectra: Floats | None = None,
     wavelengths: Floats | None = None,
@@ -29,19 +31,16 @@ def from_measurement(
     measured), are left out. Samples of one pair of directions, to a millionth, are averaged; of an
     isotropic material, so are those that turning and mirroring the surface make one pair: they
     would hide how far samples are from each other. How many is among the facts that
-    :meth:`ScatteredBrdf.describe` shows.
-
-    Raises
-    ------
-    ValueError
-        If nothing is left.
+    :meth:`ScatteredBrdf.describe` shows. A :class:`FormatError`, which starts with `where`, says
+    that nothing is left.
     """
     # A direction at 90 degrees comes out of the sine and cosine a rounding error above 0.
     visible = np.minimum(wi[:, 2], wo[:, 2]) > 1e-6
     known = (rgb if spectra is None else spectra).max(axis=1) >= 0.0
     kept = visible & known
     if not kept.any():
-        raise ValueError("no sample is above the horizon and measured")
+        start = f"{where}: " if where else ""
+        raise FormatError(f"{start}no sample is above the horizon and measured")
     pairs = np.concatenate([wi[kept], wo[kept]], axis=1)
     keys = np.round((_rotated(pairs) if isotropic else pairs) * 1e6).astype(np.int64)
     _, first, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)

@@ -66,23 +66,21 @@ def load(path: PathLike) -> ScatteredBrdf:
     wavelengths, angles, values = _matrix(path, rows)
     theta_i, theta_o, phi = angles.T
     wi, wo = join(from_spherical(theta_i, 0.0 * phi)), join(from_spherical(theta_o, phi))
-    facts = {key: metadata[key] for key in ("sources", "license") if key in metadata}
+    known = [key for key in ("sources", "license") if key in metadata]
+    facts: dict[str, Any] = {key: printable(str(metadata[key])[:200]) for key in known}
     name = metadata.get("name")
-    try:
-        return from_measurement(
-            wi.astype(np.float64),
-            wo.astype(np.float64),
-            to_rgb(values, wavelengths),
-            printable(name)
-            if isinstance(name, str) and name
-            else Path(path).stem.removesuffix("_brdf"),
-            spectra=values,
-            wavelengths=wavelengths,
-            facts={key: printable(str(value)[:200]) for key, value in facts.items()}
-            | {"dropped as null": nulls},
-        )
-    except ValueError as error:
-        raise FormatError(f"{path}: lookupTable: {error}") from error
+    if not isinstance(name, str) or not name:
+        name = Path(path).stem.removesuffix("_brdf")
+    return from_measurement(
+        wi.astype(np.float64),
+        wo.astype(np.float64),
+        to_rgb(values, wavelengths),
+        printable(name),
+        where=f"{path}: lookupTable",
+        spectra=values,
+        wavelengths=wavelengths,
+        facts=facts | {"dropped as null": nulls},
+    )
 
 
 def _read(path: PathLike) -> dict[str, Any]:
@@ -126,8 +124,8 @@ def _rows(path: PathLike, table: list[Any]) -> tuple[Floats, int]:
 
 def _matrix(path: PathLike, rows: Floats) -> tuple[Floats, Floats, Floats]:
     """Wavelengths in nm (b,), angles (n, 3), and values (n, b)."""
-    wavelengths, band = np.unique(rows[:, 0], return_inverse=True)
-    if wavelengths[0] < 1e-9 or len(wavelengths) > _BAND_LIMIT:
+    wavelengths, band = np.unique(1e9 * rows[:, 0], return_inverse=True)
+    if rows[:, 0].min() < 1e-9 or len(wavelengths) > _BAND_LIMIT:
         limits = f"1 to {_BAND_LIMIT} wavelengths from 1e-09 m"
         raise FormatError(f"{path}: lookupTable: expected {limits}")
     order = np.lexsort((rows[:, 3], rows[:, 2], rows[:, 1], band))
@@ -135,10 +133,10 @@ def _matrix(path: PathLike, rows: Floats) -> tuple[Floats, Floats, Floats]:
     sorted_rows = rows[order]
     if count * len(wavelengths) == len(rows):
         parts = sorted_rows.reshape(len(wavelengths), count, _COLUMNS)
-        if (parts[:, :, 0] == wavelengths[:, None]).all() and np.allclose(
+        if (1e9 * parts[:, :, 0] == wavelengths[:, None]).all() and np.allclose(
             parts[:, :, 1:4], parts[:1, :, 1:4], rtol=0.0, atol=_SLACK
         ):
-            return 1e9 * wavelengths, parts[0, :, 1:4], np.ascontiguousarray(parts[:, :, 4].T)
+            return wavelengths, parts[0, :, 1:4], np.ascontiguousarray(parts[:, :, 4].T)
     raise FormatError(f"{path}: lookupTable: has other directions at every wavelength; not read")
 
 

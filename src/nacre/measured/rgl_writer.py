@@ -93,9 +93,6 @@ class Resolution:
 ISOTROPIC = Resolution(1, 40, 72, 32, 128)
 """Default for isotropic materials."""
 
-COMPACT = Resolution(1, 12, 17, 4, 32)
-"""An isotropic table of 48 KB, as the NBRDF paper's Table 3 has it; the best of those tried."""
-
 ANISOTROPIC = Resolution(33, 16, 48, 64, 64)
 """Default for anisotropic materials."""
 

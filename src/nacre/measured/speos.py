@@ -63,17 +63,15 @@ def load(path: PathLike) -> ScatteredBrdf:
         if word.lower() not in ("end", "of", "file"):
             raise FormatError(f"{path}: {word[:40]!r} behind the last table")
     spectra = np.concatenate(values)
-    try:
-        return from_measurement(
-            np.concatenate(wi).astype(np.float64),
-            np.concatenate(wo).astype(np.float64),
-            to_rgb(spectra, wavelengths),
-            name or Path(path).stem,
-            spectra=spectra,
-            wavelengths=wavelengths,
-        )
-    except ValueError as error:
-        raise FormatError(f"{path}: tables: {error}") from error
+    return from_measurement(
+        np.concatenate(wi).astype(np.float64),
+        np.concatenate(wo).astype(np.float64),
+        to_rgb(spectra, wavelengths),
+        name or Path(path).stem,
+        where=f"{path}: tables",
+        spectra=spectra,
+        wavelengths=wavelengths,
+    )
 
 
 def _start(path: PathLike) -> tuple[Iterator[str], str]:

@@ -74,10 +74,10 @@ def load(path: PathLike) -> ScatteredBrdf:
     wi, wo = nodes.directions()
     color = xyz_to_rgb(values) if len(channels) == 3 else np.repeat(values, 3, axis=-1)
     lights, views = (w.reshape(-1, 3) for w in np.broadcast_arrays(wi, wo))
-    try:
-        return from_measurement(np.array(lights), np.array(views), color.reshape(-1, 3), name)
-    except ValueError as error:
-        raise FormatError(f"{path}: tables: {error}") from error
+    where = f"{path}: tables"
+    return from_measurement(
+        np.array(lights), np.array(views), color.reshape(-1, 3), name, where=where
+    )
 
 
 _Words = Iterator[tuple[int, str]]
@@ -97,6 +97,15 @@ def _next(path: PathLike, words: _Words, expected: str) -> tuple[int, str]:
     raise FormatError(f"{path}: ends before {expected}; the file is cut short")
 
 
+def _expect(path: PathLike, words: _Words, expected: str) -> int:
+    """Take a word, in any case; gives its line."""
+    number, word = _next(path, words, expected)
+    if word.lower() != expected.lower():
+        problem = f"{word[:40]!r}, expected {expected} (in any case)"
+        raise FormatError(f"{path}: line {number}: {problem}")
+    return number
+
+
 def _number(path: PathLike, words: _Words, expected: str) -> float:
     number, word = _next(path, words, expected)
     try:
@@ -113,10 +122,7 @@ def _read_header(path: PathLike, words: _Words) -> tuple[dict[str, str], _Nodes]
     header: dict[str, str] = {}
     lists: dict[str, Floats] = {}
     for expected in (*_HEADER, *_LISTS):
-        number, word = _next(path, words, expected)
-        if word.lower() != expected:
-            problem = f"{word[:40]!r}, expected {expected} (in any case)"
-            raise FormatError(f"{path}: line {number}: {problem}")
+        number = _expect(path, words, expected)
         if expected in _HEADER:
             header[expected] = _next(path, words, expected)[1].lower()
             continue
@@ -150,23 +156,16 @@ def _check(path: PathLike, header: dict[str, str], lists: dict[str, Floats]) -> 
 def _read_channel(path: PathLike, words: _Words, name: str, nodes: _Nodes) -> Floats:
     """f_r, shape (incidences, azimuths, radials)."""
     for expected in (name, "databegin"):
-        number, word = _next(path, words, expected)
-        if word.lower() != expected:
-            problem = f"{word[:40]!r}, expected {expected} (in any case)"
-            raise FormatError(f"{path}: line {number}: {problem}")
+        _expect(path, words, expected)
     shape = len(nodes.azimuths), len(nodes.radials)
     tables = []
     for _ in nodes.incidences:
-        number, word = _next(path, words, "TIS")
-        if word.lower() != "tis":
-            raise FormatError(f"{path}: line {number}: {word[:40]!r}, expected TIS")
+        _expect(path, words, "TIS")
         _number(path, words, "a total integrated scatter")
         count = shape[0] * shape[1]
         values = np.fromiter((_number(path, words, "a value") for _ in range(count)), np.float64)
         tables.append(values.reshape(shape))
-    number, word = _next(path, words, "DataEnd")
-    if word.lower() != "dataend":
-        raise FormatError(f"{path}: line {number}: {word[:40]!r}, expected DataEnd")
+    _expect(path, words, "DataEnd")
     return np.array(tables)
 
 

@@ -34,7 +34,7 @@ def of_same_directions(textures: Sequence[Callable[[], Btf]], advice: str = "") 
         yield texture
 
 
-def some_values(btf: Btf, seed: int = 0) -> Floats:
+def some_values(btf: Btf) -> Floats:
     """Values at random texels, or at random pairs where it lies in images, shape (count, 3).
 
     Raises
@@ -42,7 +42,7 @@ def some_values(btf: Btf, seed: int = 0) -> Floats:
     FormatError
         If they cannot be read.
     """
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(0)
     total, count = (btf.pair_count, _IMAGES) if btf.by_image else (btf.texel_count, _TEXELS)
     chosen = np.sort(random.choice(total, min(count, total), replace=False))
     return (btf.images(chosen) if btf.by_image else btf.texels(chosen)).reshape(-1, 3)

@@ -28,7 +28,7 @@ _LEFT_OUT = 0.01  # fraction of the variance that components may leave
 _BLOCK = 1 << 12  # texels at a time
 
 
-def texel_features(latent: LatentMap, max_count: int = 16, seed: int = 0) -> Floats:
+def texel_features(latent: LatentMap, max_count: int = 16) -> Floats:
     """Principal components of how texels look at the directions of a map.
 
     Squared distances are those of :meth:`nacre.textures.codecs.TexelCodec.embedding`, but for the
@@ -40,8 +40,6 @@ def texel_features(latent: LatentMap, max_count: int = 16, seed: int = 0) -> Flo
         Codes and what decodes them.
     max_count
         Largest number of components.
-    seed
-        Of the texels that they are found from, where there are many.
 
     Returns
     -------
@@ -56,7 +54,7 @@ def texel_features(latent: LatentMap, max_count: int = 16, seed: int = 0) -> Flo
     height, width, values = latent.codes.shape
     codes = latent.codes.reshape(-1, values).astype(np.float32)
     total = len(codes)
-    some = np.random.default_rng(seed).choice(total, min(_TEXELS, total), replace=False)
+    some = np.random.default_rng(0).choice(total, min(_TEXELS, total), replace=False)
     with one_blas_thread():  # the same features on any number of cores
         embed = latent.codec.embedding(latent.wi, latent.wo)
         seen = check_decoded(embed(codes[np.sort(some)]).astype(np.float64), latent.name)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +17,12 @@ from nacre.textures.codecs.basis.colors import join_reflectance
 from nacre.textures.codecs.basis.fields import pack_fields, unpack_fields
 from nacre.textures.codecs.basis.networks import AngularFunctions, SkipNetwork
 from nacre.textures.codecs.basis.posterior import Observation, Prior, project
-from nacre.textures.codecs.basis.recipe import BasisRecipe
+from nacre.textures.codecs.basis.recipe import VERSION, BasisRecipe
 from nacre.textures.codecs.codec import LinearBlock, TexelCodec, TexelMap, TrainingRun
 
 _STEPS = 2  # Gauss-Newton steps of a code; more lower the error by less than a thousandth
 _CHUNK = 512  # texels at a time whose codes are found
 _PAIRS = 1 << 9  # pairs of directions at a time that are decoded: few enough for the cache
-VERSION = 2
 _VALUES = "roots of pi f_r, linear Rec. 709, as grey values and pairs of colours"
 """Stays as it is: maps of texels know their codec by the hash of its header and weights."""
 _EXACT = "prior."
@@ -215,12 +214,11 @@ class BasisCodec(TexelCodec):
 
     @classmethod
     def train(cls, run: TrainingRun, recipe: BasisRecipe) -> BasisCodec:
-        from nacre.textures.codecs.basis.training import train_basis  # needs PyTorch
+        from nacre.textures.codecs.basis.training import train_parts  # needs PyTorch
 
-        codec = train_basis(run, recipe)
         names = [Path(path).stem for path in run.paths]
         facts = {"materials": names, "training": asdict(recipe), "steps": recipe.steps}
-        return replace(codec, metadata=facts)
+        return cls(*train_parts(run, recipe), facts)
 
     @classmethod
     def state_files(cls, state: Path) -> list[Path]:

@@ -16,7 +16,6 @@ from nacre.io.files import PathLike
 from nacre.measured.textures.transposition import narrowed, transposed
 from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.code_training import train_codes
-from nacre.textures.codecs.basis.codec import VERSION, BasisCodec
 from nacre.textures.codecs.basis.coefficients import (
     TrainingTexels,
     partial_measurements,
@@ -28,8 +27,9 @@ from nacre.textures.codecs.basis.function_training import (
     principal_components,
     train_functions,
 )
-from nacre.textures.codecs.basis.networks import AngularFunctions
-from nacre.textures.codecs.basis.recipe import BasisRecipe, Work, check_textures
+from nacre.textures.codecs.basis.networks import AngularFunctions, SkipNetwork
+from nacre.textures.codecs.basis.posterior import Prior
+from nacre.textures.codecs.basis.recipe import VERSION, BasisRecipe, Work, check_textures
 from nacre.textures.codecs.codec import TrainingRun
 from nacre.textures.codecs.symmetry import symmetric_rotations
 from nacre.textures.selection import random_texels
@@ -38,8 +38,10 @@ _VALUE_BYTES = 3 * (2 + 4)
 """Of a pair of directions of a texel: as half floats, and as luma and chroma."""
 
 
-def train_basis(run: TrainingRun, recipe: BasisRecipe) -> BasisCodec:
-    """The default codec, learned from textures of the same pairs of directions.
+def train_parts(
+    run: TrainingRun, recipe: BasisRecipe
+) -> tuple[AngularFunctions, SkipNetwork, SkipNetwork, SkipNetwork, Prior]:
+    """The parts of the default codec, learned from textures of the same pairs of directions.
 
     Takes minutes. Texels count with their rotations about the normal that the directions allow, and
     with every order of the channels; uniform diffuse texels of all colors are learned with them.
@@ -87,7 +89,7 @@ def train_basis(run: TrainingRun, recipe: BasisRecipe) -> BasisCodec:
 
     data = kept(store, "coefficients", TrainingTexels, found_texels)
     store.remove("coefficients-*")
-    return BasisCodec(functions, *train_codes(data, values, work))
+    return functions, *train_codes(data, values, work)
 
 
 def _open(load: Callable[[PathLike], Btf], path: PathLike) -> Btf:

@@ -29,8 +29,8 @@ from nacre.textures.codecs.networks.mlp import (
     mlp_shapes,
     torch,
 )
-from nacre.textures.codecs.networks.network import TexelNetwork
 from nacre.textures.codecs.networks.preprocessing import Whitening
+from nacre.textures.codecs.networks.trainable import TrainableNetwork
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class CustomSettings:
             )
 
 
-class CustomNetwork(TexelNetwork):
+class CustomNetwork(TrainableNetwork):
     """An encoder for one set of pairs of directions, in their order.
 
     Trained on one material, it is overfitted to it, as its authors use it; trained on many, it is

@@ -6,23 +6,13 @@ import csv
 import re
 from contextlib import suppress
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import IO, Any
 
 from nacre.errors import FormatError, NacreError, require
 
 COLUMNS = "step", "seconds", "learning_rate", "loss", "validation"
 _STEP = re.compile(r"[0-9]{1,18}")
 _LINE = 80  # characters that the first line may have, and more
-
-
-class Row(NamedTuple):
-    """What a training writes down at a step; no validation at most of them."""
-
-    step: int
-    seconds: float
-    learning_rate: float
-    loss: float
-    validation: float | None
 
 
 class Journal:
@@ -90,15 +80,3 @@ def _rows(path: Path, step: int) -> list[list[str]]:
         except csv.Error as error:
             raise NacreError(f"{path}: is damaged ({error}); move it to begin a new one") from error
     return [row for row in rows if _STEP.fullmatch(row[0]) and int(row[0]) <= step]
-
-
-def read_journal(path: Path) -> list[Row]:
-    """Rows of a journal; none where there is no file, or it is damaged."""
-    try:
-        kept = _rows(path, 1 << 62)
-        return [
-            Row(int(step), float(seconds), float(rate), float(loss), float(last) if last else None)
-            for step, seconds, rate, loss, last in kept
-        ]
-    except (OSError, ValueError, NacreError):
-        return []

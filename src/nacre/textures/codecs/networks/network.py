@@ -12,12 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.errors import NacreError, reason
+from nacre.errors import NacreError
 from nacre.io.tensors import Tensors, check_header, check_unit_vectors, in_precision, in_single
 from nacre.numerics.mlp import Layer
 from nacre.runtime.device import one_thread
 from nacre.runtime.parallel import thread_map
-from nacre.textures.codecs.codec import Filter, TexelCodec, TexelMap, TrainingRun, check_shape
+from nacre.textures.codecs.codec import Filter, TexelCodec, TexelMap, check_shape
 from nacre.textures.codecs.networks.mlp import (
     Decoder,
     Shapes,
@@ -29,7 +29,6 @@ from nacre.textures.codecs.networks.mlp import (
     torch,
 )
 from nacre.textures.codecs.networks.preprocessing import Whitening
-from nacre.textures.codecs.networks.recipe import NetworkRecipe, TrainingRecipe
 
 _Part = TypeVar("_Part")
 _Settings = TypeVar("_Settings")
@@ -65,15 +64,8 @@ class TexelNetwork(TexelCodec):
     uses_all_cores = True
     hit_form = "network"
     filtered_by: ClassVar[Filter] = "codes"  # as in Rainer et al. 2020, section 5.2
-    distributed = True
-    journaled = True
     settings_type: ClassVar[type[Any]]
     """Type of the settings."""
-    training_defaults: ClassVar[Mapping[str, Any]] = {}
-    """Settings of a :class:`nacre.textures.codecs.networks.recipe.TrainingRecipe` that the network
-    is trained with unless others are given."""
-    recipe_defaults: ClassVar[Mapping[str, Any]] = {}
-    """More of them, of nacre's own recipe only."""
     starts: ClassVar[Mapping[str, float]] = {}
     """What tensors are full of before training, of those that do not begin at random."""
     fixed_directions: ClassVar[bool] = False
@@ -234,77 +226,6 @@ class TexelNetwork(TexelCodec):
         made = cls(settings=settings, whitening=whitening, parameters=arrays, **fixed)
         return made.replaced(metadata=header["metadata"])
 
-    @classmethod
-    def recipe(
-        cls,
-        *,
-        code_dim: int | None = None,
-        seed: int = 0,
-        steps: int | None = None,
-        minutes: float | None = None,
-        epochs: int | None = None,
-        preset: str = "default",
-        pooling: str | None = None,
-        decoder: str | None = None,
-        decoder_hidden: tuple[int, ...] | None = None,
-        loss: str | None = None,
-        batch: int | None = None,
-        learning_rate: float | None = None,
-        patience: int = 0,
-        precision: str | None = None,
-        device: str = "cpu",
-    ) -> NetworkRecipe:
-        """See :meth:`TexelCodec.recipe`; what is None has the default of its kind.
-
-        Parameters
-        ----------
-        code_dim, pooling, decoder, decoder_hidden
-            Sizes of the network; see its settings.
-        steps, minutes, epochs
-            Length, one of them at most.
-        preset
-            One of :data:`nacre.textures.codecs.networks.recipe.RECIPES`.
-        loss, batch, learning_rate, patience, precision, seed
-            See :class:`nacre.textures.codecs.networks.recipe.TrainingRecipe`.
-        device
-            PyTorch device.
-
-        Raises
-        ------
-        NacreError
-            If a setting is impossible.
-        """
-        if len(_given(steps=steps, minutes=minutes, epochs=epochs)) > 1:
-            raise NacreError("steps, minutes and epochs: give one of them")
-        chosen = _given(loss=loss, batch=batch, learning_rate=learning_rate, precision=precision)
-        chosen |= {"patience": patience, "seed": seed} | _given(epochs=epochs)
-        defaults = cls.recipe_defaults if preset == "default" else {}
-        try:
-            settings = cls.settings_type(
-                **_given(
-                    latent=code_dim,
-                    pooling=pooling,
-                    decoder=decoder,
-                    decoder_hidden=decoder_hidden,
-                )
-            )
-            settings_given = {**defaults, **cls.training_defaults, **chosen}
-            training = TrainingRecipe.named(preset, **settings_given)
-        except (TypeError, ValueError) as error:
-            raise NacreError(reason(error)) from error
-        return NetworkRecipe(settings, training, steps, minutes, device)
-
-    @classmethod
-    def recipe_settings(cls) -> list[str]:
-        has_pooling = hasattr(cls.settings_type, "pooling")
-        return [name for name in super().recipe_settings() if name != "pooling" or has_pooling]
-
-    @classmethod
-    def train(cls, run: TrainingRun, recipe: NetworkRecipe) -> TexelNetwork:
-        from nacre.textures.codecs.networks.training import train_network
-
-        return train_network(cls, run, recipe)
-
     def _share_out(self, run: Callable[[_Part], None], parts: Iterable[_Part]) -> None:
         """Do parts of some work, on a CPU one a core at a time.
 
@@ -332,7 +253,3 @@ class TexelNetwork(TexelCodec):
 
     def _inputs(self, wi: Floats, wo: Floats) -> Tensor:
         return torch.from_numpy(direction_inputs(wi, wo)).to(self._device)
-
-
-def _given(**settings: Any) -> dict[str, Any]:
-    return {name: value for name, value in settings.items() if value is not None}

@@ -17,7 +17,7 @@ from nacre.textures.codecs.networks.mlp import (
     mlp_shapes,
     torch,
 )
-from nacre.textures.codecs.networks.network import TexelNetwork
+from nacre.textures.codecs.networks.trainable import TrainableNetwork
 
 POOLINGS = "mean", "max"
 _SLOPE = 0.25  # of the parametric ReLU below 0, before training
@@ -59,7 +59,7 @@ class UnifiedSettings:
             raise ValueError(f"pooling must be one of {', '.join(POOLINGS)}, got {self.pooling!r}")
 
 
-class UnifiedNetwork(TexelNetwork):
+class UnifiedNetwork(TrainableNetwork):
     """One encoder for texels of any number and layout of directions.
 
     An MLP on the stereographic coordinates of both directions gives m weights for each channel.

@@ -15,8 +15,7 @@ from nacre.errors import NacreError
 from nacre.measured.textures.transposition import transposed
 from nacre.numerics.channels import LUMA, split_colors
 from nacre.numerics.pca import BY_PERMUTATION, leading_components, strongest
-from nacre.runtime.progress import Progress, silent
-from nacre.textures.codecs.principal.codec import PcaCodec
+from nacre.runtime.progress import Progress
 from nacre.textures.codecs.symmetry import symmetric_rotations
 from nacre.textures.selection import of_same_directions, random_texels
 
@@ -75,35 +74,11 @@ class PcaRecipe:
         return cls(code_dim, **given | settings)
 
 
-def find_components(
-    textures: Sequence[Callable[[], Btf]],
-    recipe: PcaRecipe,
-    progress: Progress = silent,
-    min_count: int | None = None,
-) -> PcaCodec:
-    """The codec of the components with the largest variances.
-
-    Parameters
-    ----------
-    textures
-        Each gives a texture when called, twice in all; all of the same pairs of directions. Images
-        are read once.
-    recipe
-        Which texels count, and how.
-    progress
-        Called as it goes on.
-    min_count
-        Components that suffice where there are not as many as the recipe says; all of them where
-        None. There are no more than texels, nor than values of a texel.
-
-    Raises
-    ------
-    FormatError
-        If a texture cannot be read.
-    NacreError
-        If there are too few components, or directions differ.
-    """
-    wi, wo, rows, names = _gathered(textures, recipe, progress, min_count or recipe.code_dim)
+def strongest_components(
+    textures: Sequence[Callable[[], Btf]], recipe: PcaRecipe, progress: Progress, min_count: int
+) -> tuple[Floats, Floats, Floats, Floats, Floats, float, dict[str, Any]]:
+    """What :func:`nacre.textures.codecs.principal.find_components` makes a codec from."""
+    wi, wo, rows, names = _gathered(textures, recipe, progress, min_count)
     count = len(rows[0])
     recipe = replace(recipe, code_dim=min(recipe.code_dim, count, 3 * len(wi)))
     orders: _Orders = symmetric_rotations(wi, wo) if recipe.rotate else [np.arange(len(wi))]
@@ -121,7 +96,7 @@ def find_components(
     noise = max((energy - float(variances.sum())) / mean.size, _SMALLEST_NOISE)
     progress("components", 1, 1, "")
     facts = {"materials": names, "recipe": asdict(recipe), "texels": count}
-    return PcaCodec(wi, wo, mean, components, variances, noise, facts)
+    return wi, wo, mean, components, variances, noise, facts
 
 
 def _of_pairs(

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from nacre.array import Floats
+from nacre.btf import Btf
 from nacre.errors import NacreError
 from nacre.io.tensors import Tensors, check_header, check_numbers, check_unit_vectors
 from nacre.measured.textures.directions import SAME
+from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.codec import TexelCodec, TexelMap, TrainingRun, check_shape
-
-if TYPE_CHECKING:
-    from nacre.textures.codecs.principal.analysis import PcaRecipe
+from nacre.textures.codecs.principal.analysis import PcaRecipe, strongest_components
 
 _SMALLEST = 1e-12  # of variances, relative to the largest, so that none divides by zero
 _FILE_KIND = "principal components"  # what files call this kind of codec
@@ -170,13 +171,32 @@ class PcaCodec(TexelCodec):
         seed
             Of the choice of texels.
         """
-        from nacre.textures.codecs.principal.analysis import PcaRecipe
-
         return PcaRecipe(seed=seed) if code_dim is None else PcaRecipe(code_dim, seed=seed)
 
     @classmethod
     def train(cls, run: TrainingRun, recipe: PcaRecipe) -> PcaCodec:
         """See :meth:`TexelCodec.train`; takes seconds, and keeps no state."""
-        from nacre.textures.codecs.principal.analysis import find_components
-
         return find_components(run.textures, recipe, run.progress)
+
+
+def find_components(
+    textures: Sequence[Callable[[], Btf]],
+    recipe: PcaRecipe,
+    progress: Progress = silent,
+    min_count: int | None = None,
+) -> PcaCodec:
+    """The codec of the components with the largest variances.
+
+    Each texture is opened by a call, twice in all; all have the same pairs of directions. There are
+    no more components than texels, nor than values of a texel; `min_count` of them suffice, or as
+    many as the recipe says where None.
+
+    Raises
+    ------
+    FormatError
+        If a texture cannot be read.
+    NacreError
+        If there are too few components, or directions differ.
+    """
+    least = min_count or recipe.code_dim
+    return PcaCodec(*strongest_components(textures, recipe, progress, least))
