@@ -1,8 +1,9 @@
 """Codes in a third of the bytes: numbers along principal axes, each a byte or half of one.
 
-Axes are principal ones of how texels look, as far as that is linear in codes. The first have a byte
-each, from the lowest to the highest of a texture; the others, along which texels hardly differ,
-half of one for :data:`REACH` standard deviations to both sides.
+The axes are principal axes of how texels look, as far as that is linear in codes. Numbers along the
+first axes have a byte each, from the texture's lowest to its highest. Those along the others, in
+which texels hardly differ, have half a byte each, for :data:`REACH` standard deviations to both
+sides.
 """
 
 from __future__ import annotations
@@ -27,22 +28,12 @@ _RIDGE = 1e-6  # of the mean: no direction of codes counts less
 
 @dataclass(frozen=True, eq=False)
 class CompactCodes:
-    """A map of codes in few bytes.
+    """A map of codes in few bytes; a ValueError says that shapes or types do not fit.
 
-    Parameters
-    ----------
-    numbers
-        Those of the first axes, then pairs of those of the others, the first of a pair in the upper
-        half of a byte; shape (height, width, b), uint8.
-    axes
-        What a step of each adds to a code, shape (code_dim, code_dim).
-    center
-        The code of all zeros, shape (code_dim,).
-
-    Raises
-    ------
-    ValueError
-        If shapes or types do not fit.
+    `numbers`, shape (height, width, b), has those along the first axes, then pairs of those along
+    the others, the first of a pair in the upper half of a byte. `axes`, shape (code_dim, code_dim),
+    is what a step along each axis adds to a code; `center`, shape (code_dim,), is the code of all
+    zeros.
     """
 
     numbers: npt.NDArray[np.uint8]
@@ -63,7 +54,7 @@ class CompactCodes:
 
     @property
     def codes(self) -> npt.NDArray[np.float32]:
-        """What they stand for, shape (height, width, code_dim)."""
+        """The codes that the numbers stand for, shape (height, width, code_dim)."""
         whole = 2 * self.numbers.shape[2] - len(self.center)
         pairs = self.numbers[..., whole:]
         halves = np.stack([pairs >> 4, pairs & 15], -1).reshape(*pairs.shape[:2], -1)
@@ -72,12 +63,9 @@ class CompactCodes:
 
     @classmethod
     def of(cls, codes: Floats, codec: TexelCodec) -> CompactCodes:
-        """Those closest to codes of shape (height, width, code_dim).
+        """The numbers closest to codes of shape (height, width, code_dim).
 
-        Raises
-        ------
-        NacreError
-            See :meth:`nacre.textures.codecs.TexelCodec.embedding`.
+        Raises what :meth:`nacre.textures.codecs.TexelCodec.embedding` does.
         """
         height, width, size = codes.shape
         flat = codes.reshape(-1, size).astype(np.float64)

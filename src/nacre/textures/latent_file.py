@@ -46,12 +46,8 @@ _CODEC = "codec."  # in front of the names of an embedded codec's tensors
 
 
 def check_latent_path(path: PathLike) -> Path:
-    """The path, if its ending is that of an encoded texture; to be called before long work.
-
-    Raises
-    ------
-    FormatError
-        If it is not.
+    """The path, if its ending is that of an encoded texture, else a FormatError; for use before
+    long work.
     """
     path = Path(path)
     if path.suffix.lower() != ".safetensors":
@@ -62,9 +58,9 @@ def check_latent_path(path: PathLike) -> Path:
 def save_latent_map(latent: LatentMap, path: PathLike, *, compact: bool = False) -> None:
     """Write a map of codes; the same map gives the same bytes.
 
-    An embedded codec is written in the lowest precision that changes none of its weights. Where
-    asked for, codes are compact, see :mod:`nacre.textures.compact`: read again they are a little
-    different, and of single precision.
+    An embedded codec is written in the lowest precision that changes none of its weights. With
+    `compact`, codes take a third of the bytes, see :mod:`nacre.textures.compact`: read again they
+    are a little different, and have single precision.
 
     Raises
     ------
@@ -82,10 +78,10 @@ def load_latent_map(path: PathLike) -> LatentMap:
     Raises
     ------
     FormatError
-        If the file is not a whole map of a version we know, or refers to a codec that does not lie
-        beside it, or to another one than does.
+        If the file is not a whole map of a known version, or the codec that it names is not beside
+        it or is another one.
     MissingExtraError
-        If the codec is a network of the papers and PyTorch is not installed.
+        If the codec is a network from the papers and PyTorch is not installed.
     """
     path = Path(path)
     header, tensors = from_file(path, KEY, _LIMIT, "a texture encoded by nacre")
@@ -94,14 +90,10 @@ def load_latent_map(path: PathLike) -> LatentMap:
 
 
 def load_latent_maps(paths: Sequence[Path]) -> list[LatentMap]:
-    """Read maps of codes of one codec, so that codes of all can be compared.
+    """Read maps of codes with one codec, so that the codes of all can be compared.
 
-    Raises
-    ------
-    FormatError
-        As :func:`load_latent_map`, or if one was encoded by another codec than the first.
-    MissingExtraError
-        See :func:`load_latent_map`.
+    Raises what :func:`load_latent_map` does, and a FormatError if one was encoded by another codec
+    than the first.
     """
     found: list[LatentMap] = []
     first = ""
@@ -160,7 +152,7 @@ def _decode(path: Path, header: dict[str, Any], tensors: Tensors) -> LatentMap:
 def _codec(
     path: Path, model: dict[str, Any], tensors: Tensors
 ) -> tuple[TexelCodec, CodecFile | None]:
-    """The codec, and where it was read from if it is not embedded."""
+    """The codec, and the file that it was read from if it is not embedded."""
     if "file" not in model:
         inside = {k.removeprefix(_CODEC): v for k, v in tensors.items() if k.startswith(_CODEC)}
         return unpack_codec(model, inside), None
@@ -187,7 +179,7 @@ def _codec(
 
 
 def _pack_pairs(latent: LatentMap) -> Tensors:
-    """Distinct lights and views; which ones make pairs only where not every two do in order."""
+    """Distinct lights and views; the pairs that they make only where not every two do, in order."""
     sides: list[tuple[Floats, npt.NDArray[np.intp]]] = []
     for directions in (latent.wi, latent.wo):
         distinct, first, index = np.unique(

@@ -37,17 +37,8 @@ _OTHER_NAMES = {"principal components": "pca"}  # kinds of codecs by names that 
 def save_codec(codec: TexelCodec, path: PathLike, precision: str | None = "single") -> None:
     """Write a codec; the same codec gives the same bytes.
 
-    Parameters
-    ----------
-    codec, path
-        What to write, and where.
-    precision
-        Of the weights; see :meth:`TexelCodec.pack`.
-
-    Raises
-    ------
-    FormatError
-        If the path cannot be written, or a weight is too large.
+    For the weights' precision see :meth:`TexelCodec.pack`. A FormatError says that the path cannot
+    be written, or that a weight is too large.
     """
 
     def encode(content: TexelCodec) -> bytes:
@@ -57,8 +48,8 @@ def save_codec(codec: TexelCodec, path: PathLike, precision: str | None = "singl
 
 
 def codec_path(codec: PathLike | None) -> Path:
-    """The file of a codec: one of :data:`PRETRAINED` by name, the default one for None, or as it
-    is given.
+    """The file of a codec: one of :data:`PRETRAINED` by name, the default one for None, else the
+    path as it is given.
     """
     return PUBLISHED if codec is None else PRETRAINED.get(str(codec), Path(codec))
 
@@ -69,11 +60,11 @@ def load_codec(path: PathLike) -> TexelCodec:
     Raises
     ------
     FormatError
-        If the file is not a whole codec of a kind and version we know.
+        If the file is not a whole codec of a known kind and version.
     NacreError
         If another package brings the kind of codec and does not load.
     MissingExtraError
-        If the codec is a network of the papers and PyTorch is not installed.
+        If the codec is a network from the papers and PyTorch is not installed.
     """
     path = codec_path(path)
     header, tensors = from_file(path, KEY, LIMIT, _WHAT)
@@ -84,12 +75,8 @@ def load_codec(path: PathLike) -> TexelCodec:
 def unpack_codec(header: dict[str, Any], tensors: Tensors) -> TexelCodec:
     """The codec of any kind that :meth:`TexelCodec.pack` packed.
 
-    Raises
-    ------
-    KeyError, TypeError, ValueError, AttributeError, OverflowError
-        If a field is missing or bad.
-    NacreError, MissingExtraError
-        See :func:`load_codec`.
+    Raises what :meth:`TexelCodec.unpack` does where a field is missing or bad; for other errors see
+    :func:`load_codec`.
     """
     name = header["model"]
     kind = _OTHER_NAMES.get(name, name)
@@ -108,17 +95,8 @@ def codec_fingerprint(codec: TexelCodec) -> str:
 
 
 def codec_facts(path: PathLike) -> dict[str, Any]:
-    """Facts about a codec in the order to print them, JSON-able.
-
-    Parameters
-    ----------
-    path
-        As :func:`load_codec` takes it.
-
-    Raises
-    ------
-    FormatError, NacreError, MissingExtraError
-        See :func:`load_codec`.
+    """Facts about a codec in the order to print them, JSON-able; takes and raises what
+    :func:`load_codec` does.
     """
     header, tensors = from_file(path, KEY, LIMIT, _WHAT)
     with format_errors(path):
