@@ -34,19 +34,13 @@ Indices = npt.NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class TrainingTexels:
-    """What is known of texels.
+    """What is known of t texels.
 
-    Parameters
-    ----------
-    values
-        Coefficients from all pairs of directions, shape (t, K).
-    residuals
-        Mean square of what the functions leave of roots of reflectance factors, shape (t,).
-    subsets
-        Pairs of directions that an encoder may have to do with; the first has all.
-    moments
-        Products of roots of reflectance less the mean with the functions over each of the subsets,
-        shape (s, t, K).
+    `values` are coefficients from all pairs of directions, shape (t, K); `residuals`, shape (t,),
+    mean squares of what the functions leave out of roots of reflectance factors. `subsets` are
+    pairs of directions that an encoder may have to manage with; the first has all. `moments`, shape
+    (s, t, K), are products of roots of reflectance less the mean with the functions, over each of
+    the subsets.
     """
 
     values: Floats
@@ -112,7 +106,7 @@ def training_texels(
 
 @dataclass(frozen=True, eq=False)
 class _Read:
-    """What :class:`TrainingTexels` has of one texture."""
+    """What :class:`TrainingTexels` has from one texture."""
 
     moments: Floats
     residuals: Floats
@@ -126,7 +120,6 @@ def _coefficients(
     subsets: Sequence[Indices],
     tables: Sequence[FunctionValues],
 ) -> _Read:
-    """Of some texels, each with its values in an order of its own."""
     moments: list[list[Floats]] = [[] for _ in subsets]
     residuals: list[Floats] = []
     for start in range(0, len(chosen), _BLOCK):

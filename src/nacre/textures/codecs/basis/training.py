@@ -41,17 +41,11 @@ _VALUE_BYTES = 3 * (2 + 4)
 def train_parts(
     run: TrainingRun, recipe: BasisRecipe
 ) -> tuple[AngularFunctions, SkipNetwork, SkipNetwork, SkipNetwork, Prior]:
-    """The parts of the default codec, learned from textures of the same pairs of directions.
+    """The parts of the default codec, learned from textures with the same pairs of directions.
 
     Takes minutes. Texels count with their rotations about the normal that the directions allow, and
     with every order of the channels; uniform diffuse texels of all colors are learned with them.
-
-    Parameters
-    ----------
-    run
-        Each texture is opened three times in all, and read twice.
-    recipe
-        Sizes and efforts.
+    Each texture is opened three times in all, and read twice.
 
     Raises
     ------
@@ -59,7 +53,7 @@ def train_parts(
         If a texture cannot be read.
     NacreError
         If there are too few texels, they are too much alike or too large, directions differ, or the
-        state is of another training.
+        state belongs to another training.
     """
     textures = [partial(_open, run.load, path) for path in run.paths]
     check_textures(textures, recipe)
@@ -93,7 +87,7 @@ def train_parts(
 
 
 def _open(load: Callable[[PathLike], Btf], path: PathLike) -> Btf:
-    """A texture by the name that its errors should have."""
+    """A texture with the name that its errors should have."""
     return load(path).replaced(name=str(path))
 
 
@@ -122,7 +116,7 @@ def _gathered(textures: Sequence[Callable[[], Btf]], work: Work) -> tuple[Floats
 def _texels_of(
     open_texture: Callable[[], Btf], recipe: BasisRecipe, index: int, textures: int
 ) -> _Texels:
-    """Random ones, other ones for each place in the list."""
+    """Random texels, other ones for each place in the list."""
     random = np.random.default_rng([recipe.seed, index])
     with transposed(open_texture()) as texture:
         limit = max(1, recipe.memory // (_VALUE_BYTES * texture.pair_count * textures))
@@ -132,7 +126,7 @@ def _texels_of(
 
 
 def uniform_texels(wi: Floats, wo: Floats, count: int, seed: int) -> TableBtf:
-    """A row of texels, each of one reflectance factor at all pairs of directions, shape (n, 3).
+    """A row of texels, each with one reflectance factor at all pairs of directions, shape (n, 3).
 
     Their colors lie anywhere between black and white, dark ones as often as bright ones.
     """

@@ -1,4 +1,4 @@
-"""What training writes down as it goes: a table, and events for TensorBoard."""
+"""What a training writes down as it goes: a table, and events for TensorBoard."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _LINE = 80  # characters that the first line may have, and more
 class Journal:
     """A context manager that writes a row of a CSV file and TensorBoard events for every report.
 
-    Either may be None. Rows of steps after `step`, where training begins, are taken out of the
-    file, so that training that goes on writes every step once. A file of this name that is no such
-    table, or cannot be read or written, is a :class:`NacreError`. `last` is the step of the last
-    row, 0 where there is none.
+    Either may be None. Rows after `step`, where training begins, are removed from the file, so that
+    a training that is resumed writes every step once. A :class:`NacreError` says that a file with
+    this name is not such a table, or cannot be read or written. `last` is the step of the last row,
+    0 where there is none.
     """
 
     def __init__(self, path: Path | None, step: int = 0, events: Path | None = None) -> None:

@@ -49,12 +49,13 @@ def mlp_layers(parameters: Parameters, name: str) -> list[tuple[Any, Any]]:
 def initial(
     shapes: Shapes, random: np.random.Generator, variance: str = "he"
 ) -> dict[str, npt.NDArray[np.float32]]:
-    """Random weights and biases, of tensors called `x.weight`, (inputs, outputs) or of a
+    """Random weights and biases, for tensors called `x.weight`, (inputs, outputs) or for a
     convolution (outputs, inputs, size), each followed by its `x.bias`.
 
-    Biases lie within 1 / sqrt(inputs of the layer), weights within that times a factor of
-    :data:`VARIANCES`: "pytorch" as layers of PyTorch have it, a third of 1 / inputs; "he" with 2 /
-    inputs, so that the variance of signals stays through layers with ReLUs (He et al. 2015).
+    Biases lie within 1 / sqrt(inputs of the layer), weights within that times a factor from
+    :data:`VARIANCES`: "pytorch" as in layers of PyTorch, a variance of a third of 1 / inputs; "he"
+    with 2 / inputs, so that the variance of signals stays through layers with ReLUs (He et al.
+    2015).
     """
     arrays, bound = {}, 0.0
     for name, shape in shapes.items():
@@ -77,12 +78,12 @@ _COEFFICIENTS = 128
 
 @dataclass(frozen=True)
 class Decoder:
-    """The sizes of a decoder, and what it does with its tensors: for codes of L values, layers of
-    some widths, of one of the kinds :data:`DECODERS`.
+    """The sizes of a decoder, and what it does with its tensors: layers of some widths for codes of
+    L values, of one of the kinds :data:`DECODERS`.
 
     The "network" is the paper's: hidden layers with ReLUs on the code and the stereographic
-    coordinates of both directions. The "bilinear" one is ours: a network of the directions alone
-    gives as many features as its last width, a network of the code as many coefficients for each
+    coordinates of both directions. The "bilinear" one is ours: a network on the directions alone
+    gives as many features as its last width, a network on the code as many coefficients for each
     channel, and a value is their product, so that a code that is met often costs one dot product
     for each channel and pair of directions.
     """
@@ -92,7 +93,6 @@ class Decoder:
     kind: str = "network"
 
     def shapes(self) -> Shapes:
-        """Names and shapes of the tensors."""
         if self.kind == "network":
             return mlp_shapes("decoder", (self.latent + INPUTS, *self.hidden, 3))
         features = self.hidden[-1]
@@ -114,8 +114,8 @@ class Decoder:
     def decode(self, parameters: Parameters, codes: Tensor, prepared: Tensor) -> Tensor:
         """Whitened logarithms, shape (b, n, 3), of codes of shape (b, L).
 
-        The part of the first layer that sees the code is evaluated once a code, that which sees
-        the directions has been once a pair of directions.
+        The part of the first layer that sees the code is evaluated once per code; the part that
+        sees the directions has been evaluated once per pair of directions.
         """
         if self.kind == "bilinear":
             coefficients = forward(codes, mlp_layers(parameters, "coefficients"))
@@ -134,7 +134,7 @@ def direction_inputs(wi: Floats, wo: Floats) -> npt.NDArray[np.float32]:
 
 
 def check_sizes(settings: Any) -> None:
-    """Refuse settings of a network that none can have, by the name of the setting."""
+    """Refuse settings that no network can have, with the name of the setting."""
     if settings.decoder not in DECODERS:
         raise ValueError(f"decoder must be one of {', '.join(DECODERS)}, got {settings.decoder!r}")
     sizes = {name: value for name, value in vars(settings).items() if not isinstance(value, str)}
@@ -145,7 +145,6 @@ def check_sizes(settings: Any) -> None:
 
 
 def settings_from_json(kind: type[_Settings], found: dict[str, Any]) -> _Settings:
-    """Settings from JSON, whose lists are tuples here."""
     if set(found) != {field.name for field in fields(kind)}:  # type: ignore[arg-type]
         raise ValueError(f"settings are {sorted(found)}, others than this nacre knows")
     values: dict[str, Any] = {}

@@ -49,7 +49,7 @@ class TexelNetwork(TexelCodec):
     settings
         Sizes; a frozen dataclass with fields `latent`, `decoder` and `decoder_hidden`.
     whitening
-        What is done to reflectance before the encoder, and undone after the decoder.
+        Applied to reflectance before the encoder, and undone after the decoder.
     parameters
         Tensors by the names of :meth:`shapes`; random ones where None.
     seed, variance
@@ -104,7 +104,7 @@ class TexelNetwork(TexelCodec):
 
     @abc.abstractmethod
     def prepare_encoder(self, directions: Tensor) -> Any:
-        """What of the encoder depends on the pairs of directions only.
+        """The part of the encoder that depends on the pairs of directions only.
 
         Directions are stereographic coordinates of light and viewer, shape (n, 4).
         """
@@ -125,20 +125,12 @@ class TexelNetwork(TexelCodec):
         return self.replaced(parameters=moved)
 
     def arrays(self) -> dict[str, npt.NDArray[np.float32]]:
-        """Copies of the tensors."""
         return {name: p.detach().cpu().numpy().copy() for name, p in self.parameters.items()}
 
     def check_directions(self, wi: Floats, wo: Floats) -> None:
-        """Refuse pairs of directions that texels cannot be encoded at: a :class:`NacreError`."""
+        """Refuse pairs of directions that texels cannot be encoded at, by a :class:`NacreError`."""
 
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
-        """See :meth:`nacre.textures.codecs.TexelCodec.encoder`.
-
-        Raises
-        ------
-        NacreError
-            If the network is for other directions only.
-        """
         self.check_directions(wi, wo)
         with torch.inference_mode():
             prepared = self.prepare_encoder(self._inputs(wi, wo))
@@ -187,12 +179,7 @@ class TexelNetwork(TexelCodec):
         """Layers of the decoder with ReLUs between them, for renderers.
 
         They map a code and the stereographic coordinates of light and viewer to whitened
-        logarithms.
-
-        Raises
-        ------
-        NacreError
-            If the decoder is another than the papers'.
+        logarithms. A NacreError says that the decoder is not the papers'.
         """
         if self.settings.decoder != "network":
             raise NacreError(
@@ -201,7 +188,6 @@ class TexelNetwork(TexelCodec):
         return [Layer(*pair) for pair in mlp_layers(self.arrays(), "decoder")]
 
     def describe(self) -> dict[str, Any]:
-        """See :meth:`TexelCodec.describe`: the settings."""
         sizes = {name.replace("_", " "): value for name, value in asdict(self.settings).items()}
         del sizes["latent"]
         return {k: list(v) if isinstance(v, tuple) else v for k, v in sizes.items()}
@@ -216,7 +202,6 @@ class TexelNetwork(TexelCodec):
 
     @classmethod
     def unpack(cls, header: dict[str, Any], tensors: Tensors) -> TexelNetwork:
-        """See :meth:`TexelCodec.unpack`; the tensors are on the CPU."""
         check_header(header, _VERSION)
         whitening = Whitening(**{key: float(value) for key, value in header["whitening"].items()})
         settings = settings_from_json(cls.settings_type, header["settings"])
@@ -227,10 +212,10 @@ class TexelNetwork(TexelCodec):
         return made.replaced(metadata=header["metadata"])
 
     def _share_out(self, run: Callable[[_Part], None], parts: Iterable[_Part]) -> None:
-        """Do parts of some work, on a CPU one a core at a time.
+        """Do parts of some work; on a CPU, each core does one at a time.
 
-        Each is small enough for the cache of one core; PyTorch's own threads would share each part
-        and wait for one another.
+        Each part is small enough for the cache of one core; PyTorch's own threads would share each
+        part and wait for one another.
         """
         if self._device.type != "cpu":
             with torch.inference_mode():

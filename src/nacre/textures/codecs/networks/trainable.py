@@ -42,25 +42,14 @@ class TrainableNetwork(TexelNetwork):
         precision: str | None = None,
         device: str = "cpu",
     ) -> NetworkRecipe:
-        """See :meth:`TexelCodec.recipe`; what is None has the default of its kind.
+        """Sizes of the network and settings of its training; what is None has the default of its
+        kind.
 
-        Parameters
-        ----------
-        code_dim, pooling, decoder, decoder_hidden
-            Sizes of the network; see its settings.
-        steps, minutes, epochs
-            Length, one of them at most.
-        preset
-            One of :data:`nacre.textures.codecs.networks.recipe.RECIPES`.
-        loss, batch, learning_rate, patience, precision, seed
-            See :class:`nacre.textures.codecs.networks.recipe.TrainingRecipe`.
-        device
-            PyTorch device.
-
-        Raises
-        ------
-        NacreError
-            If a setting is impossible.
+        `code_dim`, `pooling`, `decoder` and `decoder_hidden` are fields of the network's settings;
+        `preset` is one of :data:`nacre.textures.codecs.networks.recipe.RECIPES`, and the settings
+        behind it are those of :class:`nacre.textures.codecs.networks.recipe.TrainingRecipe`. At
+        most one of `steps`, `minutes` and `epochs` says how long to train. A NacreError says that a
+        setting is impossible.
         """
         if len(_given(steps=steps, minutes=minutes, epochs=epochs)) > 1:
             raise NacreError("steps, minutes and epochs: give one of them")

@@ -27,39 +27,16 @@ _Orders = Sequence[npt.NDArray[Any]]
 
 @dataclass(frozen=True)
 class PcaRecipe:
-    """Which texels count, and how.
+    """Which texels count, and how; a ValueError says that a number is not positive."""
 
-    Parameters
-    ----------
-    code_dim
-        How many components.
-    texels
-        Of each texture, chosen at random.
-    permute
-        Whether a texel counts with all six orders of its channels, see
-        :mod:`nacre.numerics.channels`. Components are then of luma or of chroma, and the
-        latter serve both values.
-    rotate
-        Whether it counts with its rotations about the normal that the directions allow.
-    weigh
-        Whether it counts by one over its brightness, so that dark materials are not forgotten.
-    memory
-        Bytes of the texels; where there are more, fewer are chosen.
-    seed
-        Of what is random.
-
-    Raises
-    ------
-    ValueError
-        If a number is not positive.
-    """
-
-    code_dim: int = 32
-    texels: int = 100
-    permute: bool = True
+    code_dim: int = 32  # how many components
+    texels: int = 100  # from each texture, at random
+    permute: bool = True  # whether texels count with all six orders of their channels
     rotate: bool = True
+    """Whether they count with their rotations about the normal that the directions allow."""
     weigh: bool = True
-    memory: int = 1 << 31
+    """Whether they count by one over their brightness, so that dark ones are not forgotten."""
+    memory: int = 1 << 31  # bytes of the texels; where there are more, fewer are chosen
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -104,8 +81,8 @@ def _of_pairs(
 ) -> tuple[Floats, Floats, Floats]:
     """Mean, components and variances of luma (t, n) and chroma (2 t, n).
 
-    These are the eigenvectors of the covariance of all six orders of the channels: it has one block
-    for luma and two that are alike, so that a component of chroma comes twice.
+    These are the eigenvectors of the covariance over all six orders of the channels: it has one
+    block for luma and two equal ones, so that a component of chroma comes twice.
     """
     luma, chroma = rows
     mean = _centred(luma, weights, orders)
@@ -134,7 +111,9 @@ def _of_channels(
 
 
 def _centred(rows: Floats, weights: Floats, orders: _Orders) -> Floats:
-    """Subtract from rows, in place, the mean that it gives, and multiply them by roots."""
+    """Subtract from rows, in place, their mean, and multiply them by roots of the weights; gives
+    the mean.
+    """
     mean = weights @ rows / weights.sum()
     mean = np.mean([mean[order] for order in orders], axis=0)
     rows -= mean
@@ -147,8 +126,7 @@ def _gathered(
 ) -> tuple[Floats, Floats, list[Floats], list[str]]:
     """Directions, random texels of every texture as rows, and names.
 
-    Rows are of luma, shape (t, n), and of chroma, (2 t, n); or of all channels
-    together, (t, 3 n).
+    Rows are luma, shape (t, n), and chroma, (2 t, n); or all channels together, (t, 3 n).
     """
     random = np.random.default_rng(recipe.seed)
     picks: list[npt.NDArray[np.intp]] = []

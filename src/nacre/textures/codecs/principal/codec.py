@@ -44,7 +44,7 @@ class PcaCodec(TexelCodec):
     variances
         Mean squares of weights, shape (code_dim,).
     noise
-        Variance of reflectance about the sums, which is what the components leave.
+        Variance of reflectance about the sums: what the components leave out.
     metadata
         How they were found.
 
@@ -89,12 +89,8 @@ class PcaCodec(TexelCodec):
         return replace(self, components=components, variances=variances, noise=noise)
 
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
-        """See :meth:`TexelCodec.encoder`.
-
-        Raises
-        ------
-        NacreError
-            If a pair of directions is not among those of the components.
+        """See :meth:`TexelCodec.encoder`; a NacreError says that directions are not the
+        components'.
         """
         mean, columns = self._at(wi, wo)
         wide = columns.astype(np.float64)
@@ -110,12 +106,8 @@ class PcaCodec(TexelCodec):
         return encode
 
     def decoder(self, wi: Floats, wo: Floats) -> TexelMap:
-        """See :meth:`TexelCodec.decoder`; reflectance below zero becomes zero.
-
-        Raises
-        ------
-        NacreError
-            If a pair of directions is not among those of the components.
+        """See :meth:`TexelCodec.decoder`; reflectance below zero becomes zero. A NacreError says
+        that directions are not the components'.
         """
         mean, columns = self._at(wi, wo)
 
@@ -162,15 +154,7 @@ class PcaCodec(TexelCodec):
 
     @classmethod
     def recipe(cls, *, code_dim: int | None = None, seed: int = 0) -> PcaRecipe:
-        """See :meth:`TexelCodec.recipe`.
-
-        Parameters
-        ----------
-        code_dim
-            How many components; 32 where None.
-        seed
-            Of the choice of texels.
-        """
+        """How to find `code_dim` components, 32 where None; the seed chooses texels."""
         return PcaRecipe(seed=seed) if code_dim is None else PcaRecipe(code_dim, seed=seed)
 
     @classmethod
