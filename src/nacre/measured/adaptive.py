@@ -50,14 +50,8 @@ class Point(NamedTuple):
 
 
 class AdaptiveWarp(Sampler):
-    """The map between the unit square, half vectors and `wi` for a given `wo`; a sampler.
-
-    Parameters
-    ----------
-    tables
-        A checked tensor file.
-    about
-        What it is, for people.
+    """The map between the unit square, half vectors and `wi` for a given `wo`, from a checked
+    tensor file; a sampler, described to people as `about`.
     """
 
     def __init__(self, tables: RglTables, about: str = "the table's own warp") -> None:
@@ -92,7 +86,7 @@ class AdaptiveWarp(Sampler):
         return View(wo, signs, theta, phi, blend)
 
     def invert(self, wi: Components, view: View) -> Point:
-        """Point of the measured square that belongs to `wi`."""
+        """The point of the measured square that belongs to `wi`."""
         m = half_vector(_mirrored(wi, view.signs), view.wo)
         xp = namespace(*m)
         theta, phi = to_spherical(m)

@@ -82,12 +82,8 @@ def save(brdf: Brdf, path: PathLike) -> None:
     The samples of a :class:`ScatteredBrdf` are written as they are: what this function wrote is
     written again byte for byte. Anything else is sampled first (see
     :func:`nacre.measured.scattered.tabulate`). Angles are in degrees; values are bands where
-    spectra are known, else linear RGB.
-
-    Raises
-    ------
-    FormatError
-        If the path cannot be written, or `brdf` is not known anywhere.
+    spectra are known, else linear RGB. A FormatError says that the path cannot be written, or that
+    `brdf` is not known anywhere.
     """
     try:
         scan = brdf if isinstance(brdf, ScatteredBrdf) else tabulate(brdf)
@@ -109,23 +105,10 @@ def save_plan(
 ) -> None:
     """Write pairs of directions whose values are to be filled in, whole or not at all.
 
-    Parameters
-    ----------
-    wi, wo
-        Unit directions to the light and to the viewer, shapes (n, 3).
-    path
-        File to write, `.csv`; :func:`load` reads it once one or more rows have values.
-    name
-        Of the material.
-    header
-        Further lines, without the mark.
-    measured
-        What is known already; its rows come first.
-
-    Raises
-    ------
-    FormatError
-        If the path cannot be written.
+    :func:`load` reads the `.csv` file once one or more rows have values. `wi` and `wo` are unit
+    directions to the light and to the viewer, shape (n, 3); `name` is the material's; `header` has
+    further lines, without the mark. Rows that are `measured` already come first. A FormatError says
+    that the path cannot be written.
     """
     names, values = (list("rgb"), None) if measured is None else _columns(measured)
     blocks = [] if measured is None else [(measured.samples.wi, measured.samples.wo, values)]
@@ -134,7 +117,7 @@ def save_plan(
 
 
 def _columns(scan: ScatteredBrdf) -> tuple[list[str], _Array]:
-    """Names of the columns beside the angles, and their values, one row a sample."""
+    """Names of the columns beside the angles, and their values, one row per sample."""
     samples, wavelengths, spectra = scan.samples, scan.wavelengths, scan.spectra
     if spectra is None or wavelengths is None:
         names, values = list("rgb"), samples.rgb

@@ -34,15 +34,10 @@ _ANGLES = 4
 
 
 def load(path: PathLike) -> ScatteredBrdf:
-    """Read a Cornell ``.brdf`` file.
+    """Read a Cornell ``.brdf`` file, whose comments before the first number name the material.
 
     Spectra become linear Rec. 709 RGB through :func:`nacre.measured.spectra.to_rgb` and stay
     available as `spectra` and `wavelengths`. The material is taken to be isotropic and mirrored.
-
-    Parameters
-    ----------
-    path
-        File to read; its comments before the first number name the material.
     """
     data = read_bytes(path, _SIZE_LIMIT)
     if not data.isascii():
@@ -77,7 +72,7 @@ def _lines(data: bytes) -> Iterable[str]:
 
 
 def _numbers(lines: Iterable[str]) -> npt.NDArray[np.float64]:
-    """All numbers outside comments; the first word that is none raises a ValueError."""
+    """All numbers outside comments; the first word that is not one raises a ValueError."""
     values = array("d")
     for line in lines:
         values.extend(float(word[0]) for word in re.finditer(r"\S+", line.partition("#")[0]))

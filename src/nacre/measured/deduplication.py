@@ -80,7 +80,7 @@ def from_measurement(
 def _rotated(pairs: Floats) -> Floats:
     """Pairs (n, 6) turned to the light's azimuth 0, or the viewer's under a light at the normal.
 
-    y of the viewer comes without its sign: mirroring changes it.
+    The viewer's y comes without its sign: mirroring changes it.
     """
     light, view = pairs[:, :3], pairs[:, 3:]
     tilted = np.hypot(light[:, 0], light[:, 1]) > 1e-6

@@ -37,14 +37,8 @@ class Neighbours(NamedTuple):
 
 
 class SampleTree:
-    """Search tree over the :func:`coordinates` of samples.
-
-    Parameters
-    ----------
-    wi, wo
-        Directions to the light and to the viewer, n of each.
-    isotropic, mirrored
-        As for :func:`coordinates`.
+    """Search tree over the :func:`coordinates` of samples, n directions to the light and to the
+    viewer.
     """
 
     def __init__(self, wi: Components, wo: Components, isotropic: bool, mirrored: bool) -> None:
@@ -72,16 +66,10 @@ def logarithms(f: Floats) -> Floats:
 
 
 def interpolate(near: Neighbours, logs: Floats) -> Floats:
-    """f_r in 1/sr, shape (n, channels), of the weighted plane through the neighbors of n points.
+    """f_r in 1/sr, shape (n, channels), on the weighted plane through the neighbors of n points.
 
-    It is kept within the range of these neighbors.
-
-    Parameters
-    ----------
-    near
-        The neighbors.
-    logs
-        :func:`logarithms` of all samples, shape (samples, channels).
+    It is kept within the range of these neighbors. `logs` are the :func:`logarithms` of all
+    samples, shape (samples, channels).
     """
     values = logs[near.sample]
     scale = near.distance[:, -1:] + 1e-12
@@ -99,12 +87,12 @@ def interpolate(near: Neighbours, logs: Floats) -> Floats:
 
 
 def coordinates(wi: Components, wo: Components, isotropic: bool, mirrored: bool) -> Floats:
-    """Points between which samples are interpolated, one row a pair of directions.
+    """Points between which samples are interpolated, one row per pair of directions.
 
     Isotropic: sqrt(theta_h), dense near the mirror direction as in the MERL tables; theta_d; and
     sin theta_h sin theta_d times (cos phi_d, sin phi_d), or |sin phi_d| if `mirrored`: the azimuth
-    of d means less the nearer h or d is to its pole. Anisotropic: sqrt(theta_h) times
-    (cos phi_h, sin phi_h), and d.
+    of d means less the nearer h or d is to its pole. Anisotropic: sqrt(theta_h) times (cos phi_h,
+    sin phi_h), and d.
     """
     light, view = ([np.asarray(c, np.float64) for c in w] for w in (wi, wo))
     h, d = half_difference((light[0], light[1], light[2]), (view[0], view[1], view[2]))

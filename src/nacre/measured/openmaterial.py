@@ -46,13 +46,9 @@ _SPACE = uuid.UUID("9a1f43f2-6f0c-4c8c-9d9f-0d2d6b7f6a10")
 def load(path: PathLike) -> ScatteredBrdf:
     """Read a ``_brdf.xompt`` file of scattered samples.
 
-    Samples must be the same directions at every wavelength. Rows with a null are left out.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, is not JSON, is another look-up table, or a value is missing or
-        out of range.
+    Samples must be at the same directions for every wavelength. Rows with a null are left out. A
+    FormatError says that the file cannot be read, is not JSON or is another look-up table, or that
+    a value is missing or out of range.
     """
     content = _read(path)
     metadata = content.get("metadata")
@@ -141,21 +137,12 @@ def _matrix(path: PathLike, rows: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:
-    """Write a ``.xompt`` file, whole or not at all.
+    """Write a ``.xompt`` file of an isotropic reflectance, whole or not at all.
 
     Samples of a scan that was read are written as they are, if it has spectra and no resolution is
-    given. Anything else is sampled first, in the bands that
+    given. Anything else is sampled first, where it is known, in the bands that
     :func:`nacre.measured.specular_nodes.spectra` gives. Material files (``.xomp``) refer to names
     that end in ``_brdf.xompt`` only.
-
-    Parameters
-    ----------
-    brdf
-        Isotropic; directions where it is not known are left out.
-    path
-        File to write.
-    resolution
-        Of the directions; see :class:`Resolution`.
     """
     wi: Floats
     wo: Floats

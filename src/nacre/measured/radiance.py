@@ -43,17 +43,10 @@ _LARGEST = 1e35  # luminance whose color is finite
 
 
 class RadianceBrdf(LobeSampledBrdf):
-    """A reflectance in tensor trees.
+    """A reflectance in tensor trees; with trees of rank 3 the material is isotropic.
 
-    Parameters
-    ----------
-    trees
-        f_r in 1/sr as Radiance's luminance; and u' and v' (CIE 1976) where there is color. Of rank
-        3 the material is isotropic.
-    name
-        Name of the material.
-    facts
-        What else :meth:`describe` should show.
+    The trees hold f_r in 1/sr as Radiance's luminance; and u' and v' (CIE 1976) where there is
+    color. :meth:`describe` shows `facts` too.
     """
 
     def __init__(
@@ -95,7 +88,6 @@ class RadianceBrdf(LobeSampledBrdf):
 
 
 def _place(wi: Components, wo: Components) -> tuple[Array, ...]:
-    """Place in an anisotropic tree."""
     return *disk_to_square(-wo[0], -wo[1]), *disk_to_square(wi[0], wi[1])
 
 
@@ -107,12 +99,9 @@ def _point(wi: Components, wo: Components) -> tuple[Array, ...]:
 
 
 def load(path: PathLike) -> RadianceBrdf:
-    """Read the reflection of a Radiance ``.xml`` file, of its front side if there is one.
+    """Read the reflection in a Radiance ``.xml`` file, on its front side if there is one.
 
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, is no tensor tree, or holds no reflection.
+    A FormatError says that the file cannot be read, is no tensor tree, or holds no reflection.
     """
     layer = read_layer(path)
     rank = _RANKS.get(layer.structure.lower())
@@ -144,7 +133,7 @@ def load(path: PathLike) -> RadianceBrdf:
 
 
 def _side(path: PathLike, blocks: list[Block]) -> dict[str, Block]:
-    """Blocks of one side by what they hold; the front of Radiance is the back of WINDOW 6."""
+    """Blocks of one side by what they hold; the front in Radiance is the back in WINDOW 6."""
     for side in ("reflection back", "reflection front"):
         found = {b.wavelength.lower(): b for b in blocks if b.direction.lower() == side}
         if found:
@@ -156,18 +145,10 @@ def _side(path: PathLike, blocks: list[Block]) -> dict[str, Block]:
 def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:
     """Write a Radiance ``.xml`` file of the front side, whole or not at all.
 
-    A cube holds the mean f_r of its directions, and cubes that differ by less than 5 % become one.
-    Views whose albedo is above 1 are scaled down to it. Trees that were read are written as they
-    stand, where no resolution is given.
-
-    Parameters
-    ----------
-    brdf
-        Any reflectance; where it is not known it counts as the rest of the cube.
-    path
-        File to write.
-    resolution
-        128 cubes across the disk where None, 32 if anisotropic.
+    A cube holds the mean f_r of its directions, as far as it is known, and cubes that differ by
+    less than 5 % become one. Views whose albedo is above 1 are scaled down to it. The disk has 128
+    cubes across by default, 32 for an anisotropic material. Trees that were read are written as
+    they stand, where no resolution is given.
     """
     if isinstance(brdf, RadianceBrdf) and resolution is None:
         texts = [tree.text() for tree in brdf.trees]

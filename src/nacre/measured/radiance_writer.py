@@ -30,13 +30,8 @@ _PAIRS = 1 << 19  # that are evaluated at a time
 
 @dataclass(frozen=True)
 class Resolution:
-    """Cubes of a tree that is written.
-
-    Parameters
-    ----------
-    side
-        Cubes across the disk of directions, a power of two: 4 to 256 of an isotropic material, up
-        to 32 of others.
+    """Cubes of a tree that is written: across the disk of directions a power of two, 4 to 256 for
+    an isotropic material, up to 32 for others; else a ValueError.
     """
 
     side: int
@@ -47,14 +42,8 @@ class Resolution:
 
 
 def tabulated(brdf: Brdf, side: int) -> list[str]:
-    """Texts of the trees of luminance and, unless all is gray, of u' and v'.
-
-    Parameters
-    ----------
-    brdf
-        Any reflectance.
-    side
-        Cubes across the disk of directions, a power of two.
+    """Texts of the trees of luminance and, unless all is gray, of u' and v', with a power of two of
+    cubes across the disk of directions.
     """
     xyz = np.maximum(_tabulate(brdf, side), 0.0) @ _TO_XYZ.T
     y = xyz[..., 1]
@@ -129,7 +118,7 @@ def _direction(x: Floats, y: Floats) -> Floats:
 
 
 def document(name: str, rank: int, texts: Sequence[str]) -> str:
-    """The file of a material of a name, of trees of luminance, u' and v', or of the first alone."""
+    """The file of a material, from the trees of luminance, u' and v', or the first alone."""
     blocks = "".join(
         _BLOCK.format(name=name, text=text)
         for name, text in zip(("Visible", "CIE-u", "CIE-v"), texts, strict=False)

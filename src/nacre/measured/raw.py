@@ -42,8 +42,8 @@ def check_finite(
 ) -> None:
     """Refuse values that are larger than a bound, infinite or not a number.
 
-    The message of the :class:`FormatError` starts with `where`, the file's path and the name of the
-    values, and ends with a hint of what a user can do.
+    The :class:`FormatError` starts with `where`, the file's path and the name of the values, and
+    ends with a hint about what to do.
     """
     bound = min(largest, float(np.finfo(values.dtype).max))
     if not (values.min() >= -bound and values.max() <= bound):  # also of NaN

@@ -55,6 +55,9 @@ _MAX_VALUES = 1 << 27  # bound of all numbers in a file; it is half a gigabyte t
 class Resolution:
     """Numbers of nodes of the tables; a file takes about four bytes for each.
 
+    A ValueError says that a number is too small to interpolate, or that the tables are too large to
+    compute or to keep.
+
     Parameters
     ----------
     phi_i
@@ -67,11 +70,6 @@ class Resolution:
         Points along an edge of the warped square that holds the color.
     azimuths, polars
         Of the half vector, for the densities of normals; at most 8192 pairs.
-
-    Raises
-    ------
-    ValueError
-        If a number is too small to interpolate, or the tables are too large to compute or to keep.
     """
 
     phi_i: int
@@ -103,22 +101,16 @@ SYMMETRIC = Resolution(65, 24, 48, 64, 64)
 def tabulate_tables(
     brdf: Brdf, resolution: Resolution | None = None, spectral: bool = False
 ) -> RglTables:
-    """Tables of any reflectance.
+    """Tables of any reflectance, isotropic or not.
 
     The table's interpolation needs values a little below the horizon: there it holds f_r cos on the
-    line through its values at the horizon and at the direction mirrored up. Farther down, and
-    where f_r is not known, tables are 0. f_r is clamped to be non-negative, and left out where it
-    is not finite. Azimuths span the part of a full turn that the material's symmetry leaves.
+    line through its values at the horizon and at the direction mirrored up. Farther down, and where
+    f_r is not known, tables are 0. f_r is clamped to be non-negative, and left out where it is not
+    finite. Azimuths span the part of a full turn that the material's symmetry leaves.
 
-    Parameters
-    ----------
-    brdf
-        Isotropic or not.
-    resolution
-        :data:`ISOTROPIC`, :data:`ANISOTROPIC` or :data:`SYMMETRIC` where None.
-    spectral
-        Whether tables are of spectra: those of `brdf` where it has :attr:`nacre.Brdf.wavelengths`,
-        else its colors by :func:`with_spectra`.
+    The default resolution is :data:`ISOTROPIC`, :data:`ANISOTROPIC` or :data:`SYMMETRIC`. Spectral
+    tables have the spectra of `brdf` where it has :attr:`nacre.Brdf.wavelengths`, else of its
+    colors by :func:`with_spectra`.
 
     Raises
     ------
@@ -222,7 +214,7 @@ def view_nodes(brdf: Brdf, resolution: Resolution | None) -> tuple[Resolution, F
 def write_tables(tables: RglTables, path: PathLike) -> None:
     """Write tables as they are to a tensor file, whole or not at all.
 
-    A :class:`FormatError` says too that they are mapped from a file that has changed.
+    A :class:`FormatError` can also say that they are mapped from a file that has changed.
     """
     tables.check()
     text = (tables.description or " ").encode(errors="replace")  # a field cannot be empty
@@ -241,7 +233,7 @@ def _azimuths(count: int, parts: int) -> Floats:
 
 
 def _normals(grid: NormalGrid, brdf: Brdf) -> Floats:
-    """D that places the points of the tables: of the normals found, more of the rare ones."""
+    """D that places the points of the tables: from the normals found, more of the rare ones."""
     found = [grid.density(brdf), *(grid.highlight(brdf, angle) for angle in _HIGHLIGHTS)]
     density: Floats = np.mean(found, axis=0)
     dim = grid.normalized(density**_DIM_POWER)

@@ -50,22 +50,12 @@ _BAND = re.compile(r"(\d+(?:\.\d+)?)\s*(?:nm)?")
 
 @dataclass(frozen=True)
 class Columns:
-    """What the line that names the columns says.
-
-    Parameters
-    ----------
-    names
-        One a column: :data:`ANGLES`, and r, g, b, or x, y, z, or f, or wavelengths in nm; and
-        :data:`NOISE` where it is there.
-    scales
-        Factor to radians of each of :data:`ANGLES`.
-    separator
-        Between columns; None for blanks.
-    """
+    """What the line that names the columns says."""
 
     names: list[str]
-    scales: dict[str, float]
-    separator: str | None
+    """ANGLES; r, g, b, or x, y, z, or f, or wavelengths in nm; NOISE if it is there."""
+    scales: dict[str, float]  # factor to radians for each of ANGLES
+    separator: str | None  # between columns; None for blanks
 
     @property
     def bands(self) -> list[str]:
@@ -103,7 +93,7 @@ def read_header(path: PathLike, lines: Lines) -> tuple[dict[str, str], Columns]:
 def read_table(
     path: PathLike, lines: Lines, columns: Columns
 ) -> tuple[npt.NDArray[np.float64], int]:
-    """Numbers of the lines that are left, shape (n, columns), and how many lines had angles only.
+    """Numbers in the lines that are left, shape (n, columns), and how many lines had angles only.
 
     A :class:`FormatError` says that there are none, or which line or value is wrong.
     """

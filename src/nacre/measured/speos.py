@@ -37,11 +37,8 @@ _SHORTEST, _LONGEST = 360.0, 830.0
 def load(path: PathLike) -> ScatteredBrdf:
     """Read a ``.brdf`` text file of reflection.
 
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, is in binary mode, holds transmission, a table is cut short or
-        has other angles than the first of its incidence.
+    A FormatError says that the file cannot be read, is in binary mode or holds transmission, or
+    that a table is cut short or has other angles than the first of its incidence.
     """
     words, name = _start(path)
     kind = [_flag(path, words, name) for name in ("reflection", "transmission", "kind of values")]
@@ -178,24 +175,12 @@ def _scaled(
 
 
 def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:
-    """Write a Speos spectral BSDF as text, whole or not at all.
+    """Write a Speos spectral BSDF of an isotropic reflectance as text, whole or not at all.
 
-    Spectra are those of :func:`nacre.measured.specular_nodes.spectra`. The percentage is what the
-    table reflects; above 100 % it is 100, and Speos then scales the table down.
-
-    Parameters
-    ----------
-    brdf
-        Isotropic; where it is not known it counts as what `eval` says.
-    path
-        File to write.
-    resolution
-        Of the directions; see :class:`Resolution`.
-
-    Raises
-    ------
-    FormatError
-        If the path cannot be written, or bands lie outside of 360 to 830 nm.
+    Spectra are those of :func:`nacre.measured.specular_nodes.spectra`; where `brdf` is not known,
+    `eval` counts. The percentage is what the table reflects; above 100 % it is 100, and Speos then
+    scales the table down. A FormatError says that the path cannot be written, or that bands lie
+    outside of 360 to 830 nm.
     """
     check_isotropic(brdf)
     resolution = resolution or Resolution()

@@ -45,7 +45,7 @@ def read_tensors(path: PathLike) -> Tensors:
 
 
 def parse_tensors(data: bytes | mmap, path: PathLike) -> Tensors:
-    """As :func:`read_tensors`, of a file's content: the arrays are views of it."""
+    """As :func:`read_tensors`, from a file's content: the arrays are views of it."""
     if data[: len(MAGIC)] != MAGIC:
         raise FormatError(f"{path}: does not start with 'tensor_file', not an RGL material")
     reader = _Reader(data, path, len(MAGIC))

@@ -28,23 +28,13 @@ _TOKEN = re.compile(r"[{}]|[^\s,{}]+")
 
 
 class TensorTree:
-    """A function on the unit cube of 3 or 4 axes.
+    """A function on the unit cube of 3 or 4 axes, their number being the rank.
 
-    Parameters
-    ----------
-    rank
-        Number of axes.
-    values
-        Values of all leaves, shape (n,), float32.
-    leaves
-        Of each leaf where its values start, and their number along an axis; shape (leaves, 2).
-    links
-        Children of all branches, 2^rank each: the place of the first child of a branch, or
-        -1 - the number of a leaf. Shape (branches 2^rank,); empty where the root is a leaf.
-    root
-        Like an entry of `links`.
-    depth
-        Max branches within each other.
+    `values`, shape (n,), float32, belong to all leaves. `leaves`, shape (leaves, 2), has where the
+    values of each leaf start, and their number along an axis. `links`, shape (branches 2^rank,),
+    are the children of all branches, 2^rank each: the place of the first child of a branch, or -1 -
+    the number of a leaf; empty where the root is a leaf. The root is like an entry of `links`, and
+    at most `depth` branches lie within each other.
     """
 
     def __init__(
@@ -72,7 +62,6 @@ class TensorTree:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the values."""
         return self.values.nbytes
 
     def text(self) -> str:
@@ -95,7 +84,7 @@ class TensorTree:
         return "".join(parts)
 
     def at(self, point: Sequence[Array]) -> Array:
-        """Value at a point, whose coordinates lie from 0 up to 1; runs on any array library."""
+        """Value at a point, with coordinates from 0 up to 1; runs on any array library."""
         xp = namespace(*point)
         zero = zero_index(sum(point))
         place = [xp.minimum(xp.maximum(p, 0.0), 1.0 - 1e-6) for p in point]
@@ -118,10 +107,7 @@ class TensorTree:
 
 
 def parse(text: str, rank: int) -> TensorTree:
-    """The tree that a text holds.
-
-    A ValueError says what is wrong with it.
-    """
+    """The tree that a text holds; a ValueError says what is wrong with it."""
     values, leaves, links = array("f"), array("q"), array("q")
     frames: list[tuple[list[int], int]] = []  # children, and where values start
     deepest, root = 0, None
@@ -191,16 +177,9 @@ def _leaf(values: array[float], start: int, leaves: array[int], rank: int) -> in
 def write(values: Floats, tolerance: float, floor: float, digits: int) -> str:
     """The text of a tree of values on a grid, with cubes of nearly equal values made one.
 
-    Parameters
-    ----------
-    values
-        Shape (n, ..., n) of 3 or 4 axes, n a power of two.
-    tolerance
-        Max range of the values of cubes that become one, relative to their mean.
-    floor
-        What is added to it, in the unit of the values.
-    digits
-        Significant digits of a value.
+    Values have shape (n, ..., n) with 3 or 4 axes, n a power of two, and are written with so many
+    significant digits. Cubes become one if the range of their values is at most `tolerance` times
+    their mean plus `floor`.
     """
     levels = [(values, np.ones(values.shape, np.bool_))]
     low = high = values

@@ -36,10 +36,8 @@ class Patch(NamedTuple):
 class Grid:
     """Bilinear functions on the unit square, blended over slices.
 
-    Parameters
-    ----------
-    values
-        Shape (slices, height, width), height and width at least 2; nodes include the borders.
+    Values have shape (slices, height, width), height and width at least 2; nodes include the
+    borders.
     """
 
     def __init__(self, values: npt.NDArray[np.floating]) -> None:
@@ -68,7 +66,6 @@ class Grid:
         return totals[0], totals[1], totals[2], totals[3]
 
     def at(self, patch: Patch, blend: Blend) -> Array:
-        """Value within a located cell."""
         v00, v10, v01, v11 = self.corners(patch, blend)
         return _mix(_mix(v00, v10, patch.x), _mix(v01, v11, patch.x), patch.y)
 
@@ -84,19 +81,14 @@ class Grid:
         ]
 
     def eval(self, x: Array, y: Array, blend: Blend) -> Array:
-        """Value at a point of the unit square."""
         return self.at(self.locate(x, y), blend)
 
 
 class Warp(Grid):
     """Densities on the unit square with sampling and its inverse.
 
-    Every slice is scaled to integrate to 1.
-
-    Parameters
-    ----------
-    values
-        Shape (slices, height, width): non-negative, each slice with a positive integral.
+    Values, shape (slices, height, width), are non-negative, and each slice has a positive integral;
+    every slice is scaled to integrate to 1.
     """
 
     def __init__(self, values: npt.NDArray[np.floating]) -> None:

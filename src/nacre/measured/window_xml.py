@@ -19,43 +19,19 @@ _BLOCK = (*_DATA, "WavelengthDataBlock")
 
 @dataclass
 class Block:
-    """One table.
-
-    Parameters
-    ----------
-    wavelength
-        What it is of: "Visible", "CIE-u" and so on.
-    direction
-        "Reflection Back" and so on.
-    basis
-        Angle basis.
-    data
-        Its text.
-    """
-
-    wavelength: str
-    direction: str = ""
-    basis: str = ""
+    wavelength: str  # "Visible", "CIE-u" and so on
+    direction: str = ""  # "Reflection Back" and so on
+    basis: str = ""  # angle basis
     data: str = ""
 
 
 @dataclass
 class Layer:
-    """The first layer of a file.
-
-    Parameters
-    ----------
-    name, manufacturer
-        Of the material.
-    structure
-        How tables are laid out: "TensorTree3" and so on.
-    blocks
-        All tables.
-    """
+    """The first layer of a file."""
 
     name: str = ""
     manufacturer: str = ""
-    structure: str = ""
+    structure: str = ""  # "TensorTree3" and so on
     blocks: list[Block] = field(default_factory=list)
 
 
@@ -71,8 +47,6 @@ _FIELDS = {
 
 
 class _Reader:
-    """Takes the events of a parser."""
-
     def __init__(self) -> None:
         self.layer = Layer()
         self._path: list[str] = []
@@ -114,11 +88,8 @@ class _Reader:
 def read_layer(path: PathLike) -> Layer:
     """The first layer of an XML file.
 
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, is not XML, has a document type, which could make a short file
-        long, or no layer.
+    A FormatError says that the file cannot be read, is not XML, has no layer, or has a document
+    type, which could make a short file long.
     """
     data = read_bytes(path, _SIZE_LIMIT)
     reader = _Reader()

@@ -56,13 +56,10 @@ class _Nodes:
 
 
 def load(path: PathLike) -> ScatteredBrdf:
-    """Read a ``.bsdf`` file of one sample rotation; what it says of total scatter is not needed.
+    """Read a ``.bsdf`` file of one sample rotation; what it says about total scatter is not needed.
 
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, is of transmission or of several rotations of the sample, or its
-        tables are not as the header says.
+    A FormatError says that the file cannot be read, holds transmission or several rotations of the
+    sample, or that its tables are not as the header says.
     """
     words = _words(path)
     header, nodes = _read_header(path, words)
@@ -170,19 +167,11 @@ def _read_channel(path: PathLike, words: _Words, name: str, nodes: _Nodes) -> Fl
 
 
 def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:
-    """Write a Zemax tabular BSDF file, whole or not at all.
+    """Write a Zemax tabular BSDF file of an isotropic reflectance, whole or not at all.
 
-    CIE XYZ under D65, or one table where the material is gray everywhere. The total integrated
-    scatter is the albedo, at most 1, as OpticStudio asks.
-
-    Parameters
-    ----------
-    brdf
-        Isotropic; where it is not known it counts as what `eval` says.
-    path
-        File to write.
-    resolution
-        Of the directions; see :class:`Resolution`.
+    It holds CIE XYZ under D65, or one table where the material is gray everywhere; where `brdf` is
+    not known, `eval` counts. The total integrated scatter is the albedo, at most 1, as OpticStudio
+    asks.
     """
     check_isotropic(brdf)
     resolution = resolution or Resolution()

@@ -1,4 +1,4 @@
-"""Directions of a texture as files give them: checked before anything is made of them."""
+"""Directions of a texture as files give them: checked before they are used."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def same_pairs(wi: Floats, wo: Floats, other_wi: Floats, other_wo: Floats) -> bo
 def check_directions(
     directions: npt.NDArray[Any], where: str, names: Sequence[str] | None = None
 ) -> Floats:
-    """Directions, shape (n, 3), as float32, once they are found to be some.
+    """Directions, shape (n, 3), as float32, if they are unit vectors above the horizon.
 
     Else a :class:`FormatError` starts with `where`, the file's path and what the directions are,
     and calls one by its name, or number: it is not finite, not of unit length to a thousandth, or

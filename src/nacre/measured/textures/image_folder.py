@@ -40,18 +40,8 @@ class ImageFolderBtf(Btf):
     them at each call, which is slow: convert the folder first, or work on what
     :func:`nacre.measured.textures.transposition.transposed` gives.
 
-    Parameters
-    ----------
-    files
-        An image each pair of directions.
-    wi, wo
-        Unit directions above the horizon, shape (n, 3).
-    name
-        Of the material.
-    quantities
-        What the pixels of each image hold.
-    scales
-        What the value 1 of a pixel of each image stands for; 1 where None.
+    There is an image for each pair of unit directions above the horizon, `wi` and `wo`, shape (n,
+    3). `quantities` say what its pixels hold, `scales` what their value 1 stands for; 1 where None.
 
     Raises
     ------

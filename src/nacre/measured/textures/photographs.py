@@ -27,13 +27,12 @@ _LARGEST_SCALE = 1e4
 def load_photographs(
     folder: PathLike, directions: PathLike | None = None, quantity: Quantity | None = None
 ) -> ImageFolderBtf:
-    """Read a folder of photographs.
+    """Read a folder of photographs, whose name becomes the material's.
 
     Parameters
     ----------
     folder
-        Where the images are (OpenEXR, PNG or JPEG, see :class:`ImageFolderBtf`); its name becomes
-        the material's.
+        Where the images are (OpenEXR, PNG or JPEG, see :class:`ImageFolderBtf`).
     directions
         The list; :data:`LIST` in the folder where None.
     quantity

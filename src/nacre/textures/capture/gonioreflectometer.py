@@ -1,9 +1,9 @@
 """A virtual gonioreflectometer: path tracing of a periodic surface for all lights at once.
 
 For each view, rays of an orthographic camera pass through jittered points of a texel on the plane z
-= 0, as in a rectified photograph: what lies above or below the plane is displaced by parallax,
-hides and shadows. In its place they can pass through points of the surface, as measurements are
-rectified whose heights are known. At each of at most three surface points of a path all directional
+= 0, as in a rectified photograph: parallax displaces what lies above or below the plane, which also
+hides and shadows. Instead they can pass through points of the surface, as in measurements that are
+rectified with known heights. At each of at most three surface points of a path all directional
 lights are evaluated; whether they reach a triangle is found beforehand. What each point behind the
 first adds to a channel is limited to :data:`nacre.textures.capture.tracing.FIREFLY`, for single
 rare paths would show as bright dots.
@@ -61,14 +61,12 @@ def capture(
 
     Parameters
     ----------
-    surface
-        What is measured.
     wi, wo
         Unit directions to the light and to the viewer, within :data:`STEEPEST`, shape (n, 3).
     width, height
         Texels; as many rows as columns where not given.
     samples
-        Paths a texel and view.
+        Paths per texel and view.
     seed
         Same seed, same values, whatever the number of threads.
     depth
@@ -77,8 +75,6 @@ def capture(
         Whether texels are points of the surface, not of the plane: those of
         :meth:`nacre.textures.capture.mesostructure.Mesostructure.height_map`. Then they are the
         same points in all views, and show what hides these, if anything does.
-    name
-        Of the material.
     progress
         Called as views are done.
 
@@ -160,7 +156,7 @@ class _Scene:
         self.coverings = surface.coverings()
 
     def light(self, lights: Floats) -> None:
-        """Put up other lights: unit directions, shape (k, 3)."""
+        """Set other lights: unit directions, shape (k, 3)."""
         size = len(self.coverings)
         self.lights = np.ascontiguousarray(lights.T, np.float32)
         self.visible = np.empty((size, size, 2, len(lights)), np.uint8)

@@ -15,15 +15,15 @@ SMOOTHEST = 0.15
 
 @dataclass(frozen=True, eq=False)
 class Mesostructure:
-    """A square period of a surface on a grid of cells, seen as two flat triangles a cell.
+    """A square period of a surface on a grid of cells, seen as two flat triangles per cell.
 
     Cell (i, j) begins at y = i / size, x = j / size, in periods; y points up in a picture.
 
     Parameters
     ----------
     height
-        At the first corner of each cell, in periods, shape (size, size). The plane that texels
-        refer to lies at 0.
+        At the first corner of each cell, in periods, shape (size, size); texels refer to the plane
+        at 0.
     albedo, specular
         Linear RGB of the diffuse part and of the Fresnel reflectance at normal incidence, each
         within [0, 1], shape (size, size, 3).

@@ -24,16 +24,8 @@ _UNSEEN = "12"
 
 @dataclass(frozen=True)
 class Recipe:
-    """What a surface is made from.
-
-    Parameters
-    ----------
-    name
-        Of the material.
-    generator
-        With its parameters.
-    seed
-        Of what is random in it.
+    """What a surface is made from: the material's name, a generator with its parameters, and the
+    seed of all that is random in it.
     """
 
     name: str
@@ -42,7 +34,9 @@ class Recipe:
 
     @property
     def unseen(self) -> bool:
-        """Whether it is its generator's one that is kept from training (Rainer et al. 2020)."""
+        """Whether it is the one recipe of its generator that is kept from training (Rainer et al.
+        2020).
+        """
         return self.name.endswith(_UNSEEN) and _built_in().get(self.name) == self
 
     def build(self, size: int = 256) -> Mesostructure:
@@ -51,20 +45,15 @@ class Recipe:
 
 
 def built_in() -> tuple[Recipe, ...]:
-    """Twelve recipes of each of the seven generators, of which the last is kept from training."""
+    """Twelve recipes for each of the seven generators, the last of which is kept from training."""
     return tuple(_built_in().values())
 
 
 def find(source: PathLike) -> Recipe:
-    """The built-in recipe of a name, or else the one in a JSON file.
+    """The built-in recipe with a name, or else the one in a JSON file.
 
-    A file holds an object with `family`, and `seed` (0) and `parameters` (none) where they are not
-    left at their defaults.
-
-    Raises
-    ------
-    FormatError
-        If there is none, or the file's content is not that of a recipe; names the field.
+    A file holds an object with `family`, and `seed` (0) and `parameters` (none) unless they are
+    left at their defaults. A FormatError says that there is no such recipe, or names the bad field.
     """
     known = _built_in()
     if str(source) in known:
@@ -94,7 +83,7 @@ def _built_in() -> dict[str, Recipe]:
 
 
 def _parse(name: str, content: Any) -> Recipe:
-    """A recipe of JSON; raises :class:`ValueError` with the field."""
+    """A recipe from JSON; a :class:`ValueError` names the bad field."""
     if not isinstance(content, Mapping):
         raise ValueError("expected an object with family, seed and parameters")
     for key in content:

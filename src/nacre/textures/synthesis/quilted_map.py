@@ -1,4 +1,4 @@
-"""Maps of codes made larger, of texels that they have."""
+"""Maps of codes made larger, from texels that they have."""
 
 from __future__ import annotations
 
@@ -32,24 +32,9 @@ def texel_features(latent: LatentMap, max_count: int = 16) -> Floats:
     """Principal components of how texels look at the directions of a map.
 
     Squared distances are those of :meth:`nacre.textures.codecs.TexelCodec.embedding`, but for the
-    hundredth of the variance that is left out.
-
-    Parameters
-    ----------
-    latent
-        Codes and what decodes them.
-    max_count
-        Largest number of components.
-
-    Returns
-    -------
-    array
-        Shape (height, width, components), their means zero.
-
-    Raises
-    ------
-    FormatError
-        If a code decodes to what is no number.
+    hundredth of the variance that is left out, or more with `max_count` components. Gives shape
+    (height, width, components), with means of zero. A FormatError says that a code decodes to
+    values that are not finite.
     """
     height, width, values = latent.codes.shape
     codes = latent.codes.reshape(-1, values).astype(np.float32)
@@ -75,30 +60,15 @@ TEXEL_LIMIT = 1 << 24
 
 @dataclass(frozen=True, eq=False)
 class QuiltedMap:
-    """What :func:`synthesize` made.
-
-    Parameters
-    ----------
-    latent
-        The codes.
-    sources
-        Which texel of the input each is.
-    settings
-        How patches were laid.
-    contrast
-        Of seams, in what texels look like over all directions.
-    used
-        Share of the input's texels that are in the output.
-    """
+    """What :func:`synthesize` made."""
 
     latent: LatentMap
-    sources: Sources
+    sources: Sources  # the texel of the input that each texel is
     settings: Quilting
-    contrast: SeamContrast
-    used: float
+    contrast: SeamContrast  # of seams, in what texels look like over all directions
+    used: float  # share of the input's texels that are in the output
 
     def facts(self) -> dict[str, Any]:
-        """JSON-able."""
         names = {"periodic": "input tiles", "tile": "output tiles"}
         settings = {names.get(key, key): value for key, value in asdict(self.settings).items()}
         return settings | {
@@ -121,27 +91,21 @@ def synthesize(
     seed: int = 0,
     progress: Progress = silent,
 ) -> QuiltedMap:
-    """A texture of any size that looks like another: image quilting of its codes.
+    """A texture of any size, in texels, that looks like another: image quilting of its codes.
 
     Every texel has the code of one of the input's, bit by bit (Rainer et al. 2020, figure 10; Efros
     and Freeman 2001).
 
     Parameters
     ----------
-    latent
-        The input.
-    height, width
-        Of the output, in texels.
     patch, overlap
-        Edge of patches and how far they overlap, in texels; from the texture where None.
-    tolerance
+        Edge of patches and how far they overlap, in texels; found from the texture where None.
+    tolerance, seed
         See :class:`nacre.textures.synthesis.quilting.Quilting`.
     periodic
         Whether the input tiles; found out where None.
     tile
-        Whether the output shall.
-    seed
-        The same gives the same output.
+        Whether the output shall tile.
     progress
         Called with the patches laid.
 
@@ -150,7 +114,7 @@ def synthesize(
     NacreError
         If a size is out of range, or patches are larger than the input or the output.
     FormatError
-        If a code decodes to what is no number.
+        If a code decodes to values that are not finite.
     """
     if min(height, width) < 2 or height * width > TEXEL_LIMIT:
         raise NacreError(

@@ -1,6 +1,6 @@
 """How the three channels that are factored become linear RGB, and back.
 
-The formulas and constants are those of the `undecorrelate` function in btflib, the reader of the
+The formulas and constants are those of the `undecorrelate` function in btflib, the reader by the
 University of Bonn (github.com/cgbonn/btflib).
 """
 
@@ -42,15 +42,7 @@ _IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 @dataclass(frozen=True, eq=False)
 class Decorrelation:
-    """A color model with its parameters.
-
-    Parameters
-    ----------
-    model
-        Which one.
-    mean, matrix
-        Of :attr:`ColorModel.PCA`: a color is `channels @ matrix + mean`. Unused by the others.
-    """
+    """A color model; for :attr:`ColorModel.PCA` a color is `channels @ matrix + mean`."""
 
     model: ColorModel
     mean: npt.ArrayLike = (0.0, 0.0, 0.0)
@@ -79,9 +71,8 @@ class Decorrelation:
         return channels if matrix is None else _mixed(matrix, channels)
 
     def from_rgb(self, rgb: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        """Channels of linear RGB, shape (3, ...), contiguous.
-
-        The inverse of :meth:`to_rgb` for colors that are not negative.
+        """Channels of linear RGB, shape (3, ...), contiguous: the inverse of :meth:`to_rgb` for
+        colors that are not negative.
         """
         model = self.model
         if model is ColorModel.RGB:
@@ -117,7 +108,6 @@ def principal_colors(mean: Floats, covariance: Floats) -> Decorrelation:
 
 
 def _exp(channels: npt.NDArray[np.float32]) -> None:
-    """Undo a logarithm, in place."""
     np.clip(channels, -LARGEST_LOGARITHM, LARGEST_LOGARITHM, out=channels)
     np.exp(channels, out=channels)
     channels -= np.float32(EPSILON)

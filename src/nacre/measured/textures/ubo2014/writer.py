@@ -44,16 +44,12 @@ _HORIZON = 1e-5
 
 @dataclass(frozen=True)
 class Loss:
-    """What a file that keeps some components of a texture has lost of it.
+    """What a file that keeps some components of a texture has lost.
 
-    Parameters
-    ----------
-    error
-        Mean absolute difference between the values read back and those of the texture, negative
-        ones as they were, relative to the mean absolute value of these; 0 for a black texture.
-        Squares would tell of the highlights only.
-    negative
-        Share of the values that were below 0, which were written as 0.
+    `error` is the mean absolute difference between the values read back and those of the texture,
+    negative ones as they were, relative to the mean absolute value of these; 0 for a black texture.
+    Squares would tell about the highlights only. `negative` is the share of the values that were
+    below 0, which were written as 0.
     """
 
     error: float
@@ -68,20 +64,16 @@ def save(
     scalar_size: int = 2,
     progress: Progress | None = None,
 ) -> Loss:
-    """Write a texture as a `.btf` file, whole or not at all.
+    """Write a texture as a `.btf` file, whole or not at all; gives what that loses.
 
     The texture is gone through four times, and once more for :attr:`ColorModel.PCA`: to find the
     leading directions of each channel, to project it, and to compare it with what was written.
-    Memory is taken for some blocks of texels and for the matrices over pairs of directions.
-    Notes on the measurement are kept where the texture comes from such a file itself. Negative
-    values are written as 0.
+    Memory is taken for some blocks of texels and for the matrices over pairs of directions. Notes
+    on the measurement are kept where the texture comes from such a file itself. Negative values are
+    written as 0.
 
     Parameters
     ----------
-    btf
-        Any texture.
-    path
-        File to write.
     components
         Of each channel; at most as many as there are texels, and pairs.
     model
@@ -89,12 +81,7 @@ def save(
     scalar_size
         Bytes of a number: 2 as in the files of Bonn, 4 or 8.
     progress
-        Told of texels done, over all passes.
-
-    Returns
-    -------
-    loss
-        How far the values that are read back are from those of `btf`.
+        Called with texels done, over all passes.
 
     Raises
     ------
@@ -219,7 +206,7 @@ def _dual(u: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
 
 
 def _notes(btf: Btf) -> Header:
-    """A header with what is known of the measurement."""
+    """A header with what is known about the measurement."""
     if isinstance(btf, Ubo2014Btf):
         return replace(btf.header, cosine=False)
     nothing = np.zeros((0, 2), np.float32)
@@ -229,7 +216,7 @@ def _notes(btf: Btf) -> Header:
 def _grid(btf: Btf, path: str) -> tuple[Angles, Angles]:
     """Angles of views and of the lights of each, shapes (v, 2) and (v, l, 2).
 
-    Runs of pairs with the same view become that view's lights if they are all of one length; else
+    Runs of pairs with the same view become that view's lights if they all have one length; else
     each pair has a view to itself.
     """
     wi, wo = _angles(btf.wi, path, "light"), _angles(btf.wo, path, "view")

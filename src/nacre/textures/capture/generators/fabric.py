@@ -33,8 +33,8 @@ _WEAVES: dict[str, tuple[int, Callable[[Any, Any], Any]]] = {
 
 
 class _Strands(NamedTuple):
-    """Parallel strands: their height (-inf between them), whose it is, grooves, and -1 to 1 from
-    edge to edge.
+    """Parallel strands: their height (-inf between them), the strand at each point, grooves, and -1
+    to 1 from edge to edge.
     """
 
     height: Floats
@@ -134,9 +134,9 @@ class Fabric(Generator):
         return self.unevenness / self.strands * (0.35 * slow + 0.12 * fast)
 
     def _mixed(self, color: Floats, chances: Floats) -> Floats:
-        """Colors (..., 3) of fibers, some of which are dyed as those of other strands are.
+        """Colors (..., 3) of fibers, some of which are dyed like those of other strands.
 
-        The chances, of the same shape, say as which, whether, and how light.
+        The chances, of the same shape, say like which strands, whether, and how light.
         """
         paint = linear(self.warp + self.weft)
         other, whether, light = np.moveaxis(chances, -1, 0)
@@ -149,10 +149,10 @@ class Fabric(Generator):
         self, random: np.random.Generator, warp: _Strands, weft: _Strands, x: Floats, y: Floats,
         uppermost: npt.NDArray[np.bool_],
     ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
-        """Height and shade of fibers, and three chances of each, shape (size, size, 3).
+        """Height and shade of fibers, and three chances for each, shape (size, size, 3).
 
-        Those of warp and weft wind in the same sense, so they lean to opposite sides as the axes of
-        one are exchanged for the other's.
+        Those of warp and weft wind in the same sense, so they lean to opposite sides when the axes
+        of one are exchanged for the other's.
         """
         turns = round(np.tan(np.radians(self.twist)) * self.strands / (np.pi * self.thickness))
         count = self.fibers

@@ -102,7 +102,7 @@ class Leather(Generator):
 
 @dataclass(frozen=True)
 class Wood(Generator):
-    """Annual rings cut lengthwise, along y, with pores and ends of rays; of planks that lie side by
+    """Annual rings cut lengthwise, along y, with pores and ends of rays; in planks that lie side by
     side, bare or under a clear finish.
     """
 
@@ -186,7 +186,7 @@ class Wood(Generator):
 
 @dataclass(frozen=True)
 class Stone(Generator):
-    """Rough or polished, of grains of several minerals, with veins, pits and layers."""
+    """Rough or polished, made from grains of several minerals, with veins, pits and layers."""
 
     amplitude: float = number(0.01, 0.0, 0.06)
     frequency: float = number(3.0, 1.0, 20.0)
