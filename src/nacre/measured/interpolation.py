@@ -15,8 +15,7 @@ import numpy.typing as npt
 from nacre.array import Components, Floats
 from nacre.geometry import half_difference, to_spherical
 
-NEIGHBORS = 16
-"""Samples that take part in an interpolated value."""
+NEIGHBORS = 16  # samples that take part in an interpolated value
 
 _HALF_SCALE, _DIFFERENCE_SCALE, _AZIMUTH_SCALE = 2.0, 1.5, 0.5
 """Weights of the coordinates; see :func:`coordinates`."""
@@ -28,12 +27,9 @@ _REACH = 0.99  # share of the samples that count as known from the others alone
 class Neighbours(NamedTuple):
     """The nearest samples to each of n points, nearest first."""
 
-    distance: Floats
-    """Shape (n, k)."""
-    sample: npt.NDArray[np.int64]
-    """Index of the sample, shape (n, k)."""
-    offset: Floats
-    """From the point to the sample, shape (n, k, coordinates)."""
+    distance: Floats  # shape (n, k)
+    sample: npt.NDArray[np.int64]  # index of the sample, shape (n, k)
+    offset: Floats  # from the point to the sample, shape (n, k, coordinates)
 
 
 class SampleTree:

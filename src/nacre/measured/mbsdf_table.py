@@ -17,10 +17,8 @@ from nacre.geometry import to_spherical
 from nacre.measured.axis import Blend, cell, outer
 from nacre.sampling import LobeSampledBrdf
 
-SIZE_LIMIT = 1 << 30
-"""Bytes of the largest file."""
-TEXT_LIMIT = 1 << 16
-"""Bytes of the lines of text at the start of a file."""
+SIZE_LIMIT = 1 << 30  # bytes of the largest file
+TEXT_LIMIT = 1 << 16  # bytes of the lines of text at the start of a file
 NODE_LIMIT = 1024
 
 

@@ -15,12 +15,10 @@ from nacre.color import RADIANCE_PRIMARIES, rgb_to_xyz_matrix
 from nacre.measured import tensor_tree
 from nacre.measured.tensor_tree import square_to_disk
 
-SIDE, SIDE_ANISOTROPIC = 128, 32
-"""Cubes across the disk of directions where no resolution is given."""
+SIDE, SIDE_ANISOTROPIC = 128, 32  # cubes across the disk of directions where no resolution is given
 
 _TO_XYZ = rgb_to_xyz_matrix(RADIANCE_PRIMARIES)
-_NEUTRAL = 4.0 / 19.0, 9.0 / 19.0
-"""u' and v' of Radiance's white, whose x and y are 1/3."""
+_NEUTRAL = 4.0 / 19.0, 9.0 / 19.0  # u' and v' of Radiance's white, whose x and y are 1/3
 _TOLERANCE, _FLOOR = 0.05, 1e-4
 """Of cubes that become one: relative range of f_r, and an absolute one in 1/sr."""
 _COLOR = 0.004  # range of u' and v' of cubes that become one

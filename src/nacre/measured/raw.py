@@ -10,8 +10,7 @@ import numpy.typing as npt
 
 from nacre.errors import FormatError
 
-LARGEST = float(np.finfo(np.float32).max)
-"""Largest value of a table: they are kept as float32."""
+LARGEST = float(np.finfo(np.float32).max)  # largest value of a table: they are kept as float32
 
 
 def read_values(

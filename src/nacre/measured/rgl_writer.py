@@ -88,11 +88,9 @@ class Resolution:
             raise ValueError(f"a file would hold more than {_MAX_VALUES} numbers")
 
 
-ISOTROPIC = Resolution(1, 40, 72, 32, 128)
-"""Default for isotropic materials."""
+ISOTROPIC = Resolution(1, 40, 72, 32, 128)  # default for isotropic materials
 
-ANISOTROPIC = Resolution(33, 16, 48, 64, 64)
-"""Default for anisotropic materials."""
+ANISOTROPIC = Resolution(33, 16, 48, 64, 64)  # default for anisotropic materials
 
 SYMMETRIC = Resolution(65, 24, 48, 64, 64)
 """Default for anisotropic materials that half a turn and mirroring leave unchanged."""

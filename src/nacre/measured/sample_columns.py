@@ -24,8 +24,7 @@ from nacre.io.text_file import check_columns, parse_number
 ANGLES = ("theta_i", "phi_i", "theta_o", "phi_o")
 """Columns of the directions to the light and to the viewer."""
 
-Lines: TypeAlias = Iterator[tuple[int, str]]
-"""Numbers of lines, from 1, and lines."""
+Lines: TypeAlias = Iterator[tuple[int, str]]  # numbers of lines, from 1, and lines
 
 _COLUMN_LIMIT = 1024
 _HEADER_LIMIT = 1000
@@ -40,8 +39,7 @@ _ALIASES = {
     **dict.fromkeys(("brdf", "bsdf", "f_r"), "f"),
     **{name: name[0] for name in ("red", "green", "blue")},
 }
-NOISE = "sigma"
-"""Column of the standard deviation of f_r, in every channel."""
+NOISE = "sigma"  # column of the standard deviation of f_r, in every channel
 
 _COLORS = (["b", "g", "r"], ["x", "y", "z"], ["f"])
 _COLUMN = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?")

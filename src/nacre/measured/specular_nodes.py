@@ -19,8 +19,7 @@ from nacre.measured.spectra import rgb_weights
 _STEEPEST = 85.0
 _HORIZON = math.radians(89.9)
 _BAND_LIMIT = 40
-BANDS = np.arange(400.0, 701.0, 20.0)
-"""Wavelengths in nm of the spectra that colors become."""
+BANDS = np.arange(400.0, 701.0, 20.0)  # wavelengths in nm of the spectra that colors become
 
 
 @dataclass(frozen=True)

@@ -30,8 +30,7 @@ _TITLE = "OPTIS - brdf surface file v9.0"
 _SIZE_LIMIT = 1 << 28
 _NODE_LIMIT = 4096
 _LARGEST = 1e30
-_SHORTEST, _LONGEST = 360.0, 830.0
-"""Wavelengths in nm that Speos takes."""
+_SHORTEST, _LONGEST = 360.0, 830.0  # wavelengths in nm that Speos takes
 
 
 def load(path: PathLike) -> ScatteredBrdf:

@@ -19,8 +19,7 @@ from nacre.errors import FormatError
 from nacre.io.binary import BinaryReader
 from nacre.io.files import PathLike, atomic_path, read_bytes
 
-MAGIC = b"tensor_file\0"
-"""First bytes of every tensor file."""
+MAGIC = b"tensor_file\0"  # first bytes of every tensor file
 
 SIZE_LIMIT = 1 << 31
 """Largest file read, in bytes; the largest published table is about a tenth of it."""

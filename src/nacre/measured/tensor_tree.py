@@ -20,8 +20,7 @@ import numpy.typing as npt
 from nacre.array import Array, Floats, Table, namespace
 from nacre.measured.axis import zero_index
 
-DEPTH_LIMIT = 12
-"""Max branches within each other."""
+DEPTH_LIMIT = 12  # max branches within each other
 _COUNT_LIMIT = 1 << 23  # of values and of branches: float32 holds their numbers exactly
 _LARGEST = float(np.finfo(np.float32).max)
 _TOKEN = re.compile(r"[{}]|[^\s,{}]+")

@@ -28,8 +28,7 @@ from nacre.measured.axis import KNOWN, LEAST_KNOWN, Blend, cell, outer
 from nacre.measured.raw import read_values
 from nacre.sampling import LobeSampledBrdf
 
-SHAPE = (3, 6, 48, 6, 48)
-"""Channels, and nodes in theta_i, phi_i, theta_v and phi_v."""
+SHAPE = (3, 6, 48, 6, 48)  # channels, and nodes in theta_i, phi_i, theta_v and phi_v
 
 _, _POLAR, _AZIMUTHS, _, _ = SHAPE
 _STEP = math.radians(15.0)  # between nodes in theta

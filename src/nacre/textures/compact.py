@@ -17,8 +17,7 @@ from nacre.array import Floats
 from nacre.measured.textures.domes import BONN
 from nacre.textures.codecs.codec import TexelCodec
 
-WHOLE = 12
-"""Axes with a byte each, or one more."""
+WHOLE = 12  # axes with a byte each, or one more
 REACH = 3.5
 
 _LARGEST = 1e9

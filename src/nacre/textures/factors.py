@@ -24,8 +24,7 @@ from nacre.textures.codecs.codec import on_all_cores
 from nacre.textures.latent_map import LatentMap
 from nacre.textures.mipmap import fill_levels, level_shapes, recorded
 
-LUMAS, CHROMAS = 96, 16
-"""Functions of luma, and of both values of pairs of colors."""
+LUMAS, CHROMAS = 96, 16  # functions of luma, and of both values of pairs of colors
 _PAIRS = 2048  # pairs of directions that weights are found from
 _TEXELS = 2048  # texels whose values there give the subspace; the weights of others follow from it
 _DECODED = 256  # texels that are decoded at all nodes

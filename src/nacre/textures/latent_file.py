@@ -40,8 +40,7 @@ KEY = "nacre latent map"
 _LIMIT = 1 << 32
 _LARGEST = 1e9
 """Bound of codes in single precision: the default codec has 5 for each unit of reflectance."""
-_COMPACT = "codes.axes", "codes.center"
-"""Tensors beside codes that are compact."""
+_COMPACT = "codes.axes", "codes.center"  # tensors beside codes that are compact
 _CODEC = "codec."  # in front of the names of an embedded codec's tensors
 
 

@@ -67,8 +67,7 @@ def halved_rows(rows: Iterable[Floats], height: int) -> Iterator[Floats]:
 
 FILTERS: tuple[Filter, ...] = get_args(Filter)
 
-PAIRS = 512
-"""Pairs of directions that reflectance is averaged at, unless others are asked for."""
+PAIRS = 512  # pairs of directions that reflectance is averaged at, unless others are asked for
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,11 +27,9 @@ from nacre.measured.textures.directions import (
 )
 from nacre.measured.textures.domes import BONN, UTIA, below, pairs
 
-DOMES = {"bonn": BONN, "utia": UTIA}
-"""By the names that commands take, in lower case."""
+DOMES = {"bonn": BONN, "utia": UTIA}  # by the names that commands take, in lower case
 
-Rows = list[tuple[int, dict[str, str]]]
-"""Number, and cells by column, of each line."""
+Rows = list[tuple[int, dict[str, str]]]  # number, and cells by column, of each line
 
 _SIZE_LIMIT = 1 << 26
 _VECTORS = ("lx", "ly", "lz", "vx", "vy", "vz")

@@ -19,8 +19,7 @@ from nacre.io.format import Format
 from nacre.measured.textures.direction_list import cell_number, read_rows, row_pairs
 from nacre.measured.textures.image_folder import QUANTITIES, ImageFolderBtf, Quantity
 
-LIST = "directions.csv"
-"""Name of the list within a folder of photographs."""
+LIST = "directions.csv"  # name of the list within a folder of photographs
 _LARGEST_SCALE = 1e4
 
 

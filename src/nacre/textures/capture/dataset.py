@@ -23,8 +23,7 @@ from nacre.textures.capture.gonioreflectometer import capture
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.recipe import Recipe, built_in
 
-MANIFEST = "capture.json"
-"""Name of the file with the settings and recipes, in the folder."""
+MANIFEST = "capture.json"  # name of the file with the settings and recipes, in the folder
 
 _MANIFEST_LIMIT = 1 << 20
 

@@ -28,10 +28,8 @@ from nacre.runtime.progress import Progress
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.tracing import photograph, visibility
 
-STEEPEST = 89.0
-"""Largest polar angle in degrees."""
-DEPTH = 3
-"""Surface points of the longest paths."""
+STEEPEST = 89.0  # largest polar angle in degrees
+DEPTH = 3  # surface points of the longest paths
 
 _SHADOW_RAYS = 1 << 18  # least number a light, over all triangles
 _BAND = 1 << 28  # bytes of values that are worked on at a time

@@ -9,8 +9,7 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 
-SMOOTHEST = 0.15
-"""Least roughness alpha: sharper lobes would need more samples than are taken."""
+SMOOTHEST = 0.15  # least roughness alpha: sharper lobes would need more samples than are taken
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,12 +24,9 @@ Trained on 77 virtual captures: by `nacre btf capture --all -o captured`, then
 `nacre btf train captured/train/*.npz --precision half -o FILE`, for the network with
 `--model unified` and the steps that :func:`codec_facts` tells.
 """
-PUBLISHED = PRETRAINED["basis"]
-"""The default codec."""
-KEY = "nacre texel network"
-"""Name of the header in a file."""
-LIMIT = 1 << 29
-"""Bytes of a file."""
+PUBLISHED = PRETRAINED["basis"]  # the default codec
+KEY = "nacre texel network"  # name of the header in a file
+LIMIT = 1 << 29  # bytes of a file
 _WHAT = "a model of textures"
 _OTHER_NAMES = {"principal components": "pca"}  # kinds of codecs by names that files have for them
 

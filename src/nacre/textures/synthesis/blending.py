@@ -17,8 +17,7 @@ from nacre.textures.codecs.codec_file import codec_fingerprint
 from nacre.textures.latent_map import LatentMap
 from nacre.textures.synthesis.quilted_map import TEXEL_LIMIT
 
-NAMED = ("right", "down", "noise")
-"""Masks that are made rather than read."""
+NAMED = ("right", "down", "noise")  # masks that are made rather than read
 
 _PIXEL_LIMIT = 1 << 26
 _GRAY = {"1": 1.0, "L": 255.0, "I;16": 65535.0, "I;16B": 65535.0}

@@ -54,8 +54,7 @@ def texel_features(latent: LatentMap, max_count: int = 16) -> Floats:
     return check_decoded(features, latent.name).reshape(height, width, -1)
 
 
-TEXEL_LIMIT = 1 << 24
-"""Most texels of a map that is made."""
+TEXEL_LIMIT = 1 << 24  # most texels of a map that is made
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,8 +29,7 @@ class ColorModel(IntEnum):
     LOG_RGB = 12
 
 
-EPSILON = 1e-5
-"""Added before a logarithm is taken."""
+EPSILON = 1e-5  # added before a logarithm is taken
 
 LARGEST_LOGARITHM = 20.0
 """Logarithms are taken to be at most this, so that no value overflows; e^20 is 5e8."""

@@ -17,8 +17,7 @@ from nacre.io.files import PathLike
 from nacre.measured.textures.directions import PAIR_LIMIT
 from nacre.measured.textures.ubo2014.color_models import ColorModel, Decorrelation
 
-MAGIC = b"!DFMF08FCR"
-"""First bytes of every file: decorrelated full matrix factorization."""
+MAGIC = b"!DFMF08FCR"  # first bytes of every file: decorrelated full matrix factorization
 TEXEL_LIMIT = 1 << 26
 COMPONENT_LIMIT = 1 << 12
 

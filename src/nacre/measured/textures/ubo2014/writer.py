@@ -35,8 +35,7 @@ from nacre.measured.textures.ubo2014.reader import Ubo2014Btf, load
 from nacre.numerics.pca import PASSES, leading_directions
 from nacre.runtime.progress import Progress
 
-COMPONENTS = 64
-"""Components of a channel unless others are asked for."""
+COMPONENTS = 64  # components of a channel unless others are asked for
 
 _BLOCK = 1 << 26  # bytes of values that are read at a time
 _HORIZON = 1e-5

@@ -44,8 +44,7 @@ class Generator(abc.ABC):
     Roughness is GGX alpha; `specular` is the Fresnel reflectance at normal incidence.
     """
 
-    name: ClassVar[str]
-    """In recipes: that of the class, in lower case."""
+    name: ClassVar[str]  # in recipes: that of the class, in lower case
 
     def __init_subclass__(cls) -> None:
         cls.name = cls.__name__.lower()

@@ -21,11 +21,9 @@ from nacre.textures.capture.patterns import (
     smooth_step,
 )
 
-_INSIDE = 0.4
-"""Fraction of diffuse light that a clear coat reflects back into the wood."""
+_INSIDE = 0.4  # fraction of diffuse light that a clear coat reflects back into the wood
 _THREAD_SPECULAR = 0.05
-_THREAD_ROUGHNESS = 0.5, 0.3
-"""Along its fibers and across them."""
+_THREAD_ROUGHNESS = 0.5, 0.3  # along its fibers and across them
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,7 @@ from nacre.runtime.progress import Progress
 from nacre.runtime.store import Store
 from nacre.textures.selection import of_same_directions
 
-VERSION = 2
-"""Of files of the codec, and of states of its training."""
+VERSION = 2  # of files of the codec, and of states of its training
 _MIN_TEXELS = 2048  # that functions are found from
 
 

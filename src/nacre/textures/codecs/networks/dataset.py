@@ -19,8 +19,7 @@ from nacre.io.files import PathLike
 from nacre.measured.textures.transposition import transposed
 
 Load: TypeAlias = Callable[[PathLike], Btf]
-Picks: TypeAlias = npt.NDArray[np.int64]
-"""Pairs of a file and one of its texels, shape (..., 2)."""
+Picks: TypeAlias = npt.NDArray[np.int64]  # pairs of a file and one of its texels, shape (..., 2)
 Entries: TypeAlias = npt.NDArray[np.int64] | None
 """Some pairs of directions, in their order; None for all."""
 

@@ -67,8 +67,7 @@ def initial(
     return arrays
 
 
-INPUTS = 4
-"""Stereographic coordinates of the light and of the viewer."""
+INPUTS = 4  # stereographic coordinates of the light and of the viewer
 HIDDEN = (106, 106, 106, 106)
 """Widths of the hidden layers (Rainer et al. 2020, section 4; as in Rainer et al. 2019)."""
 DECODERS = "network", "bilinear"

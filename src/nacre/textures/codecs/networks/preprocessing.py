@@ -12,8 +12,7 @@ import numpy as np
 from nacre.array import Array, Floats, namespace
 from nacre.errors import NacreError
 
-OFFSET = 1e-2
-"""Added to reflectance factors before the logarithm is taken."""
+OFFSET = 1e-2  # added to reflectance factors before the logarithm is taken
 _DARKEST_DEVIATION = 1e-3  # training data that vary less are taken to vary that much
 _LARGEST = 11.0
 """Logarithms are clamped here, at a reflectance factor of 60,000, about the largest half float."""

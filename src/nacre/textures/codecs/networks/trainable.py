@@ -19,8 +19,7 @@ class TrainableNetwork(TexelNetwork):
     training_defaults: ClassVar[Mapping[str, Any]] = {}
     """Settings of a :class:`nacre.textures.codecs.networks.recipe.TrainingRecipe` that the network
     is trained with unless others are given."""
-    recipe_defaults: ClassVar[Mapping[str, Any]] = {}
-    """More of them, of nacre's own recipe only."""
+    recipe_defaults: ClassVar[Mapping[str, Any]] = {}  # more of them, of nacre's own recipe only
 
     @classmethod
     def recipe(
