@@ -40,11 +40,8 @@ _Array = npt.NDArray[np.float64]
 def load(path: PathLike) -> ScatteredBrdf:
     """Read a ``.csv`` or ``.astm`` file of scattered samples.
 
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, a column or the unit of the angles is missing, a value is not a
-        finite number, or there are not as many samples as the header says.
+    A FormatError says that the file cannot be read, a column or the unit of the angles is missing,
+    a value is not a finite number, or there are not as many samples as the header says.
     """
     lines = read_lines(path, _SIZE_LIMIT)
     header, columns = read_header(path, lines)

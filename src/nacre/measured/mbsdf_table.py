@@ -69,7 +69,6 @@ class MbsdfBrdf(LobeSampledBrdf):
 
     @property
     def stored(self) -> npt.NDArray[np.float32]:
-        """As given, in float32."""
         return self._nodes.values
 
     @property

@@ -41,12 +41,8 @@ def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> MbsdfBrdf:
     around is 0. Azimuths are on both sides of the light in turn. The table of a material that is
     reciprocal by construction is so too.
 
-    Raises
-    ------
-    FormatError
-        If `brdf` is anisotropic.
-    NacreError
-        If it says that it is isotropic and is not.
+    Raises a FormatError if `brdf` is anisotropic, and a NacreError if it only says that it is
+    isotropic.
     """
     if not brdf.isotropic:
         raise FormatError(f"{brdf.name or 'this material'}: MDL holds isotropic reflectance only")
@@ -82,7 +78,6 @@ def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> MbsdfBrdf:
 
 
 def _points(count: int, finest: int) -> Floats:
-    """Even points in `count` cells of width 1."""
     return (np.arange(count * finest) + 0.5) / finest
 
 

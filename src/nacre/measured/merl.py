@@ -88,12 +88,8 @@ def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> MerlBrdf:
     invalid. The table can hold one value for a pair of directions and its exchange: it takes f_r
     with the difference vector, which points to the light, at phi_d in [0, pi).
 
-    Raises
-    ------
-    FormatError
-        If `brdf` is anisotropic.
-    NacreError
-        If it says that it is isotropic and is not.
+    Raises a FormatError if `brdf` is anisotropic, and a NacreError if it only says that it is
+    isotropic.
     """
     if not brdf.isotropic:
         raise FormatError(f"{brdf.name or 'this material'}: MERL holds isotropic reflectance only")
@@ -113,11 +109,8 @@ def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> MerlBrdf:
 def load(path: PathLike, interpolation: Interpolation = "trilinear") -> MerlBrdf:
     """Read a MERL ``.binary`` file, whose name becomes the material's; see :class:`MerlBrdf`.
 
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, its length is not what its header says with float64, float32 or
-        float16 values, or a value is not finite.
+    A FormatError says that the file cannot be read, its length is not what its header says with
+    float64, float32 or float16 values, or a value is not finite.
     """
     data = read_bytes(path, _SIZE_LIMIT)
     if len(data) < _HEADER.size:

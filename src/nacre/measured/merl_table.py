@@ -52,7 +52,6 @@ class MerlBrdf(LobeSampledBrdf):
 
     @property
     def dimensions(self) -> tuple[int, int, int]:
-        """Node counts in theta_h, theta_d and phi_d."""
         theta_h, theta_d, phi_d, _ = self._nodes.values.shape
         return theta_h, theta_d, phi_d
 

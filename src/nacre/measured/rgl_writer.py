@@ -55,28 +55,16 @@ _MAX_VALUES = 1 << 27  # bound of all numbers in a file; it is half a gigabyte t
 class Resolution:
     """Numbers of nodes of the tables; a file takes about four bytes for each.
 
-    A ValueError says that a number is too small to interpolate, or that the tables are too large to
-    compute or to keep.
-
-    Parameters
-    ----------
-    phi_i
-        Azimuths of the view over a full turn, both ends included; at least 4 for an anisotropic
-        material, and taken as 1 for an isotropic one. The table of a symmetric material holds a
-        half or a quarter of them.
-    theta_i
-        Polar angles of the view.
-    square
-        Points along an edge of the warped square that holds the color.
-    azimuths, polars
-        Of the half vector, for the densities of normals; at most 8192 pairs.
+    An anisotropic material needs at least 4 azimuths of the view; an isotropic one has 1, and the
+    table of a symmetric one a half or a quarter. A ValueError says that a number is too small to
+    interpolate, or that the tables are too large to compute or to keep.
     """
 
-    phi_i: int
-    theta_i: int
-    square: int
-    azimuths: int
-    polars: int
+    phi_i: int  # azimuths of the view over a full turn, both ends included
+    theta_i: int  # polar angles of the view
+    square: int  # points along an edge of the warped square that holds the color
+    azimuths: int  # of the half vector, for the densities of normals
+    polars: int  # likewise; at most 8192 pairs
 
     def __post_init__(self) -> None:
         if self.phi_i < 1 or min(astuple(self)[1:]) < 2:
@@ -108,13 +96,8 @@ def tabulate_tables(
 
     The default resolution is :data:`ISOTROPIC`, :data:`ANISOTROPIC` or :data:`SYMMETRIC`. Spectral
     tables have the spectra of `brdf` where it has :attr:`nacre.Brdf.wavelengths`, else of its
-    colors by :func:`with_spectra`.
-
-    Raises
-    ------
-    FormatError
-        If `brdf` is anisotropic and the azimuths of the view too few for it, or its spectra take
-        too many numbers.
+    colors by :func:`with_spectra`. A FormatError says that `brdf` is anisotropic and the azimuths
+    of the view too few for it, or that its spectra take too many numbers.
     """
     if spectral and brdf.wavelengths is None:
         return with_spectra(tabulate_tables(brdf, resolution))

@@ -48,8 +48,6 @@ _BAND = re.compile(r"(\d+(?:\.\d+)?)\s*(?:nm)?")
 
 @dataclass(frozen=True)
 class Columns:
-    """What the line that names the columns says."""
-
     names: list[str]
     """ANGLES; r, g, b, or x, y, z, or f, or wavelengths in nm; NOISE if it is there."""
     scales: dict[str, float]  # factor to radians for each of ANGLES

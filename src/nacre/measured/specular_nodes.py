@@ -37,7 +37,6 @@ class Resolution:
                 raise ValueError("incidences are 2 to 90, polars 4 to 180, azimuths 3 to 180")
 
     def lights(self) -> Floats:
-        """Polar angles of the light in degrees."""
         return np.linspace(0.0, _STEEPEST, self.incidences)
 
     def views(self, light: float) -> tuple[Floats, Floats]:

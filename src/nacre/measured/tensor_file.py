@@ -84,8 +84,6 @@ def write_tensors(tensors: Tensors, path: PathLike) -> None:
 
 
 class _Reader(BinaryReader):
-    """The entries of a file one after another."""
-
     def name(self, number: int) -> str:
         """The name that starts an entry."""
         what = f"the name of field {number}"

@@ -56,7 +56,6 @@ class TensorTree:
 
     @property
     def values(self) -> npt.NDArray[np.float32]:
-        """Values of all leaves, in the order of the text."""
         return self._values.values
 
     @property

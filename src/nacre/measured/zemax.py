@@ -39,8 +39,6 @@ _ORDER = 32  # of the integrals of albedos
 
 @dataclass(frozen=True)
 class _Nodes:
-    """Angles of a table in radians."""
-
     incidences: Floats
     azimuths: Floats
     radials: Floats

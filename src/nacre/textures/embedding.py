@@ -114,20 +114,10 @@ def embed_texels(
 ) -> EmbeddingMap:
     """A map of random texels by t-SNE, or an earlier one with further texels on it.
 
-    Distances are those of :meth:`nacre.textures.codecs.TexelCodec.embedding`.
-
-    Parameters
-    ----------
-    textures
-        All with one codec, see :func:`nacre.textures.latent_file.load_latent_maps`.
-    names
-        The textures' names, each once.
-    count
-        Texels from each texture, or all that it has.
-    seed
-        Seed of the choice and of the map: the same seed gives the same map.
-    onto
-        The earlier map, whose texels stay where they are.
+    Distances are those of :meth:`nacre.textures.codecs.TexelCodec.embedding`. The textures all have
+    one codec, see :func:`nacre.textures.latent_file.load_latent_maps`, and their names differ. Each
+    gives `count` texels, or all that it has. The same seed makes the same choice and the same map.
+    On the earlier map, `onto`, texels stay where they are.
 
     Raises
     ------

@@ -61,12 +61,8 @@ def save_latent_map(latent: LatentMap, path: PathLike, *, compact: bool = False)
     `compact`, codes take a third of the bytes, see :mod:`nacre.textures.compact`: read again they
     are a little different, and have single precision.
 
-    Raises
-    ------
-    FormatError
-        If a code is not finite, or the path cannot be written.
-    NacreError
-        If codes cannot be compact; see :meth:`nacre.textures.codecs.TexelCodec.embedding`.
+    Raises a FormatError if a code is not finite or the path cannot be written, and a NacreError if
+    codes cannot be compact; see :meth:`nacre.textures.codecs.TexelCodec.embedding`.
     """
     write_encoded(path, partial(_encode, compact=compact), latent)
 
@@ -74,13 +70,9 @@ def save_latent_map(latent: LatentMap, path: PathLike, *, compact: bool = False)
 def load_latent_map(path: PathLike) -> LatentMap:
     """Read a map of codes and its codec.
 
-    Raises
-    ------
-    FormatError
-        If the file is not a whole map of a known version, or the codec that it names is not beside
-        it or is another one.
-    MissingExtraError
-        If the codec is a network from the papers and PyTorch is not installed.
+    Raises a FormatError if the file is not a whole map of a known version, or the codec that it
+    names is not beside it or is another one, and a MissingExtraError if the codec is a network from
+    the papers and PyTorch is not installed.
     """
     path = Path(path)
     header, tensors = from_file(path, KEY, _LIMIT, "a texture encoded by nacre")

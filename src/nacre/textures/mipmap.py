@@ -101,8 +101,6 @@ class LatentPyramid:
 
         Parameters
         ----------
-        latent
-            Codes and their codec.
         by
             What is averaged over boxes. "reflectance": every level is encoded from means of what
             the map decodes to, which is what is seen from afar, but for the codec's own error.

@@ -91,7 +91,7 @@ def read_rows(path: PathLike, *, images: bool = False) -> Rows:
 
 
 def row_pairs(path: PathLike, rows: Rows) -> tuple[Floats, Floats]:
-    """Directions in all rows, checked: lights and views, twice the same for a list of theta, phi."""
+    """Checked directions of all rows: lights and views, twice the same for a list of theta, phi."""
     columns = rows[0][1]
     names = next(form for form in (_VECTORS, _ANGLES, _EACH) if form[0] in columns)
     count = len(rows) ** 2 if names is _EACH else len(rows)

@@ -42,12 +42,8 @@ class ImageFolderBtf(Btf):
 
     There is an image for each pair of unit directions above the horizon, `wi` and `wo`, shape (n,
     3). `quantities` say what its pixels hold, `scales` what their value 1 stands for; 1 where None.
-
-    Raises
-    ------
-    FormatError
-        If an image cannot be read, is of no such kind, is too large, or of another size than the
-        first. Pixels are read later, and damage to them is found then.
+    A FormatError says that an image cannot be read, is of no such kind, is too large, or of another
+    size than the first. Pixels are read later, and damage to them is found then.
     """
 
     by_image = True
@@ -120,7 +116,6 @@ class ImageFolderBtf(Btf):
             raise FormatError(f"{path}: has other channels than R, G, B or X, Y, Z: {found[:80]!a}")
 
     def _decode(self, index: int) -> npt.NDArray[np.float32]:
-        """Reflectance factors of one image, shape (height, width, 3)."""
         path = self.files[index]
         data = read_bytes(path, _SIZE_LIMIT)
         header = parse_header(data, path)

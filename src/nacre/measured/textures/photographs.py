@@ -28,14 +28,9 @@ def load_photographs(
 ) -> ImageFolderBtf:
     """Read a folder of photographs, whose name becomes the material's.
 
-    Parameters
-    ----------
-    folder
-        Where the images are (OpenEXR, PNG or JPEG, see :class:`ImageFolderBtf`).
-    directions
-        The list; :data:`LIST` in the folder where None.
-    quantity
-        What pixels hold, where the list does not say; "reflectance" where None.
+    Images are OpenEXR, PNG or JPEG, see :class:`ImageFolderBtf`. The list is :data:`LIST` in the
+    folder unless `directions` names another. `quantity` says what pixels hold, where the list does
+    not; "reflectance" where None.
 
     Raises
     ------

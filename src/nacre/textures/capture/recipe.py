@@ -40,7 +40,6 @@ class Recipe:
         return self.name.endswith(_UNSEEN) and _built_in().get(self.name) == self
 
     def build(self, size: int = 256) -> Mesostructure:
-        """One period of the surface on a grid of `size` x `size` cells."""
         return self.generator.build(np.random.default_rng(self.seed), size)
 
 

@@ -20,7 +20,6 @@ from nacre.compile.compilation import inner_fast
 
 @inner_fast  # type: ignore[untyped-decorator]
 def fifth(x: Any) -> Any:
-    """x^5."""
     square = x * x
     return square * square * x
 

@@ -40,16 +40,9 @@ _EMBEDDED_PAIRS = 512  # pairs of directions that texels are decoded at for dist
 class LinearBlock:
     """Coefficients that measurements depend on linearly, and what these are like.
 
-    Parameters
-    ----------
-    functions
-        What multiplies the coefficients at pairs of directions, shape (n, k).
-    variances
-        Prior variances of the coefficients, shape (k,).
-    noise
-        Variance of a measurement about the sums.
-    channels
-        How many channels have coefficients of their own with these functions and variances.
+    `functions`, shape (n, k), multiply the coefficients at pairs of directions; `variances`, shape
+    (k,), are their prior variances, and `noise` that of a measurement about the sums. So many
+    channels have coefficients of their own with these functions and variances.
     """
 
     functions: Floats
@@ -183,12 +176,8 @@ class TexelCodec(Frozen, abc.ABC):
     def train(cls, run: TrainingRun, recipe: Any) -> TexelCodec:
         """A codec learned from textures, by a recipe that :meth:`recipe` gave.
 
-        Raises
-        ------
-        FormatError
-            If a texture cannot be read.
-        NacreError
-            If the textures do not suffice, or the state belongs to another training.
+        Raises a FormatError if a texture cannot be read, and a NacreError if the textures do not
+        suffice, or the state belongs to another training.
         """
         raise NacreError(f"a codec of kind {cls.kind} cannot be trained")
 

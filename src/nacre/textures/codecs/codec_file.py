@@ -54,14 +54,9 @@ def codec_path(codec: PathLike | None) -> Path:
 def load_codec(path: PathLike) -> TexelCodec:
     """Read a codec: a file, or one of :data:`PRETRAINED` by name.
 
-    Raises
-    ------
-    FormatError
-        If the file is not a whole codec of a known kind and version.
-    NacreError
-        If another package brings the kind of codec and does not load.
-    MissingExtraError
-        If the codec is a network from the papers and PyTorch is not installed.
+    Raises a FormatError if the file is not a whole codec of a known kind and version, a NacreError
+    if another package brings the kind of codec and does not load, and a MissingExtraError if the
+    codec is a network from the papers and PyTorch is not installed.
     """
     path = codec_path(path)
     header, tensors = from_file(path, KEY, LIMIT, _WHAT)
@@ -113,7 +108,6 @@ def codec_facts(path: PathLike) -> dict[str, Any]:
 
 
 def _flat(metadata: dict[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Facts about the training, without objects within objects."""
     for name, value in metadata.items():
         if name == "materials" and isinstance(value, list):
             yield "materials in training", len(value)

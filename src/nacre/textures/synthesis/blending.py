@@ -48,14 +48,9 @@ def named_mask(source: PathLike, height: int, width: int, seed: int = 0) -> Floa
 def read_mask(path: PathLike) -> Floats:
     """An image as fractions: black is 0 and white 1, without a display curve.
 
-    It is PNG or JPEG, in grays with 1, 8 or 16 bits or in colors that are gray.
-
-    Raises
-    ------
-    FormatError
-        If it cannot be read, is no such image, is colored or not opaque, or has too many pixels.
-    MissingExtraError
-        If Pillow is not installed.
+    It is PNG or JPEG, in grays with 1, 8 or 16 bits or in colors that are gray. Raises a
+    FormatError if it cannot be read, is no such image, is colored or not opaque, or has too many
+    pixels, and a MissingExtraError if Pillow is not installed.
     """
     path = Path(path)
     if not path.exists():
@@ -113,10 +108,8 @@ def blend(
     in a mean, are made larger again by the root of the sum of the squared weights (Heitz and Neyret
     2018, "High-Performance By-Example Noise"). Without it the middle between two textures is hazy.
 
-    Raises
-    ------
-    NacreError
-        If the codecs differ, or the mask is empty, too large, or has numbers outside of 0 to 1.
+    Raises a NacreError if the codecs differ, or the mask is empty, too large, or has numbers
+    outside of 0 to 1.
     """
     if not same_codec(first, second):
         raise NacreError(

@@ -71,8 +71,6 @@ def quilt(
 
 
 class _Canvas:
-    """The output while it is made."""
-
     def __init__(self, features: Floats, height: int, width: int, settings: Quilting) -> None:
         self._settings = settings
         self._input = features.shape[:2]

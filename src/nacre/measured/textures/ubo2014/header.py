@@ -78,12 +78,10 @@ class Factors:
 
     @property
     def u_start(self) -> int:
-        """Position of U, shape (rows, components)."""
         return self.start + self.components * self.scalar.itemsize
 
     @property
     def sxv_start(self) -> int:
-        """Position of SxV, shape (columns, components)."""
         return self.u_start + self.rows * self.components * self.scalar.itemsize
 
     @property

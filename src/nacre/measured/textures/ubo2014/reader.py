@@ -127,7 +127,6 @@ def _vectors(angles: npt.NDArray[np.float32]) -> Floats:
 
 
 def _mapped(path: Path) -> mmap.mmap:
-    """A file as bytes that are read as they are looked at."""
     with opened(path) as file:
         if os.fstat(file.fileno()).st_size == 0:
             raise FormatError(f"{path}: is empty")

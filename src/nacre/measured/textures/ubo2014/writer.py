@@ -205,7 +205,6 @@ def _dual(u: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
 
 
 def _notes(btf: Btf) -> Header:
-    """A header with what is known about the measurement."""
     if isinstance(btf, Ubo2014Btf):
         return replace(btf.header, cosine=False)
     nothing = np.zeros((0, 2), np.float32)

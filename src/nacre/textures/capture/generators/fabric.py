@@ -166,7 +166,6 @@ class Fabric(Generator):
         )
 
     def _strands(self, across: Floats, along: Floats, above: Floats) -> _Strands:
-        """Parallel strands; `above` has a row for each."""
         index = np.floor(across * self.strands).astype(int)
         half = 0.5 * self.thickness
         side = (across * self.strands - index - 0.5) / half

@@ -23,7 +23,6 @@ def number(default: float, low: float, high: float) -> Any:
 
 
 def whole(default: int, low: int, high: int) -> Any:
-    """A parameter that is a whole number."""
     return dataclasses.field(default=default, metadata={"low": low, "high": high, "whole": True})
 
 
@@ -74,7 +73,6 @@ def current_names(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _checked(key: str, value: Any, rule: Mapping[str, Any]) -> Any:
-    """A value from a recipe as the parameter's type."""
     if "options" in rule:
         if value not in rule["options"]:
             raise ValueError(f"{key}: expected one of {', '.join(rule['options'])}, got {value!r}")

@@ -82,7 +82,6 @@ class Leather(Generator):
     def _sewn(
         self, random: np.random.Generator, height: Floats, albedo: Floats, rough: Floats
     ) -> Mesostructure:
-        """The surface with a seam; thread covers what it lies on."""
         seam = sew(random, len(height), self.stitches, self.thread_width)
         height = height - height.mean() + seam.rise
         albedo = albedo * seam.shade[..., None]

@@ -47,8 +47,6 @@ class _Coder:
 
 
 class _Training:
-    """Texels to train on, and what is found on the way."""
-
     def __init__(self, data: TrainingTexels, functions: FunctionValues, work: Work) -> None:
         self._data, self._work, self._recipe = data, work, work.recipe
         self._first = _first_prior(data)
@@ -60,7 +58,6 @@ class _Training:
         self._residuals = torch.from_numpy(data.residuals)
 
     def autoencoder(self) -> _Coder:
-        """From coefficients to codes, and back."""
         deviations, hidden = self._first.deviations, self._recipe.hidden
         forward, back = _linear_start(self._data, deviations, self._recipe.code_dim)
         encode = SkipTraining(forward, hidden, self._generator)

@@ -71,7 +71,6 @@ class BasisCodec(TexelCodec):
 
     @property
     def code_dim(self) -> int:  # type: ignore[override]
-        """Number of values of a code."""
         return int(self.decode.linear.shape[0])
 
     @property
@@ -132,7 +131,6 @@ class BasisCodec(TexelCodec):
         ]
 
     def describe(self) -> dict[str, Any]:
-        """Functions, and widths of each network from inputs to outputs."""
         functions = self.functions
         networks = {
             "functions": [*functions.hidden, functions.wide, functions.last],
@@ -199,7 +197,6 @@ class BasisCodec(TexelCodec):
 
 
 def _try(codec: BasisCodec) -> None:
-    """Refuse a codec that cannot encode and decode a gray texel at a few directions."""
     directions: Floats = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]], np.float32)
     wi, wo = pairs(directions, directions)
     with np.errstate(all="ignore"):

@@ -106,8 +106,6 @@ def training_texels(
 
 @dataclass(frozen=True, eq=False)
 class _Read:
-    """What :class:`TrainingTexels` has from one texture."""
-
     moments: Floats
     residuals: Floats
 

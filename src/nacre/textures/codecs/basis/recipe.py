@@ -50,7 +50,6 @@ class BasisRecipe:
 
     @classmethod
     def of(cls, code_dim: int | None, steps: int | None, seed: int) -> BasisRecipe:
-        """See :meth:`nacre.textures.codecs.basis.codec.BasisCodec.recipe`."""
         plain = cls(seed=seed)
         limit = plain.luma_count + 2 * plain.chroma_count
         if code_dim is not None and code_dim > limit:
@@ -71,8 +70,6 @@ class BasisRecipe:
 
 
 class Work(NamedTuple):
-    """What every stage of a training needs: the recipe, whom to tell, and where results stay."""
-
     recipe: BasisRecipe
     report: Progress
     store: Store

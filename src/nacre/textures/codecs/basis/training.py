@@ -47,13 +47,9 @@ def train_parts(
     with every order of the channels; uniform diffuse texels of all colors are learned with them.
     Each texture is opened three times in all, and read twice.
 
-    Raises
-    ------
-    FormatError
-        If a texture cannot be read.
-    NacreError
-        If there are too few texels, they are too much alike or too large, directions differ, or the
-        state belongs to another training.
+    Raises a FormatError if a texture cannot be read, and a NacreError if there are too few texels,
+    they are too much alike or too large, directions differ, or the state belongs to another
+    training.
     """
     textures = [partial(_open, run.load, path) for path in run.paths]
     check_textures(textures, recipe)

@@ -68,7 +68,6 @@ class _Plan:
     entries: Entries
 
     def count(self, directions: tuple[Floats, Floats]) -> int:
-        """The number of pairs that are read."""
         return len(directions[0]) if self.entries is None else len(self.entries)
 
 
@@ -86,12 +85,8 @@ class TexelStream:
     :func:`images_once` for folders of images. `entries` says which pairs of directions a batch
     needs, given the step and the number of pairs: no others are read; all where None.
 
-    Raises
-    ------
-    FormatError
-        If `load` does.
-    NacreError
-        If there is no file, or the batch cannot be shared out evenly.
+    Raises what `load` does, and a NacreError if there is no file, or the batch cannot be shared out
+    evenly.
     """
 
     def __init__(

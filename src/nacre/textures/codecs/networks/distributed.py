@@ -31,7 +31,6 @@ class Processes:
             gradient.copy_(part.view_as(gradient))
 
     def agree(self, number: float, device: Any) -> float:
-        """What the first process says."""
         if self.size == 1:
             return number
         said = torch.tensor(number, dtype=torch.float64, device=device)

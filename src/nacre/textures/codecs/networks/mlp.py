@@ -127,7 +127,6 @@ class Decoder:
 
 
 def direction_inputs(wi: Floats, wo: Floats) -> npt.NDArray[np.float32]:
-    """Stereographic coordinates of light and viewer, shape (n, 4)."""
     parts = (*stereographic(split(wi)), *stereographic(split(wo)))
     return np.stack(parts, axis=-1).astype(np.float32)
 

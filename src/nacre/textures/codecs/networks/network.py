@@ -44,21 +44,11 @@ DIRECTIONS = "wi", "wo"
 class TexelNetwork(TexelCodec):
     """An encoder of texels and the decoder of their codes.
 
-    Parameters
-    ----------
-    settings
-        Sizes; a frozen dataclass with fields `latent`, `decoder` and `decoder_hidden`.
-    whitening
-        Applied to reflectance before the encoder, and undone after the decoder.
-    parameters
-        Tensors by the names of :meth:`shapes`; random ones where None.
-    seed, variance
-        Of the random ones; see :func:`nacre.textures.codecs.networks.mlp.initial`.
-
-    Raises
-    ------
-    ValueError
-        If tensors are missing or have other shapes than the settings ask for.
+    The settings are sizes: a frozen dataclass with fields `latent`, `decoder` and `decoder_hidden`.
+    Reflectance is whitened before the encoder, and restored after the decoder. Parameters are
+    tensors by the names of :meth:`shapes`; random ones where None, see
+    :func:`nacre.textures.codecs.networks.mlp.initial`. A ValueError says that tensors are missing
+    or have other shapes than the settings ask for.
     """
 
     uses_all_cores = True
@@ -120,7 +110,6 @@ class TexelNetwork(TexelCodec):
         return self._decoder.decode(self.parameters, codes, prepared)
 
     def to(self, device: Any) -> Self:
-        """A copy with its tensors on a PyTorch device."""
         moved = {name: p.detach().to(device) for name, p in self.parameters.items()}
         return self.replaced(parameters=moved)
 

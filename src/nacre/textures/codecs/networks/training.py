@@ -42,14 +42,10 @@ def train_network(
     one that was not, bit by bit on one process. Given minutes, it depends on the machine. Images
     are read once; the first process writes the state and the losses.
 
-    Raises
-    ------
-    FormatError
-        If a file cannot be read, or holds values that are not finite.
-    NacreError
-        If there is nothing to train on, the files have several sets of directions where the network
-        takes one, training diverges, the device cannot be used or has too little memory, or the
-        state belongs to another training or is damaged.
+    Raises a FormatError if a file cannot be read, or holds values that are not finite, and a
+    NacreError if there is nothing to train on, the files have several sets of directions where the
+    network takes one, training diverges, the device cannot be used or has too little memory, or the
+    state belongs to another training or is damaged.
     """
     with processes(recipe.device) as (members, own), images_once(run.load) as load:
         device = open_device(own)
@@ -79,8 +75,6 @@ def _new_network(
 
 
 class _Training:
-    """A network, its optimizers, and how far they are."""
-
     def __init__(
         self,
         kind: type[TexelNetwork],
@@ -158,7 +152,6 @@ class _Training:
             mine.data.copy_(saved)
 
     def run(self, journal: Journal, report: Progress) -> None:
-        """Take the steps that are left."""
         last, minutes = _FOREVER if self._steps is None else self._steps, self._minutes
         before = time.monotonic()
         batches = self._stream.batches(self._step, last)
@@ -263,7 +256,6 @@ class _Training:
         journal.add(self._step, self._seconds, rate, self._loss, validation)
 
     def _validate(self) -> None:
-        """Find the loss on held-out texels."""
         if not self._held_out:
             return
         total, count = 0.0, 0

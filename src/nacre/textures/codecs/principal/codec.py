@@ -31,27 +31,14 @@ class PcaCodec(TexelCodec):
 
     A code is what is most likely of independent normal weights given normal noise: least squares
     with a ridge, from all the pairs or some of them. From all it is the projection onto the
-    components, but for the small ridge.
+    components, but for the small ridge. At other directions, encoding and decoding are a
+    NacreError.
 
-    Parameters
-    ----------
-    wi, wo
-        The directions, shape (n, 3).
-    mean
-        What all texels have, shape (n, 3).
-    components
-        Orthonormal, the strongest first, shape (code_dim, n, 3).
-    variances
-        Mean squares of weights, shape (code_dim,).
-    noise
-        Variance of reflectance about the sums: what the components leave out.
-    metadata
-        How they were found.
-
-    Raises
-    ------
-    ValueError
-        If shapes do not match, or a variance or the noise is not a number above zero.
+    `wi` and `wo` are the directions, shape (n, 3); `mean`, shape (n, 3), is what all texels have;
+    `components`, shape (code_dim, n, 3), are orthonormal, the strongest first; `variances`, shape
+    (code_dim,), are mean squares of weights; and `noise` is the variance of reflectance about the
+    sums: what the components leave out. A ValueError says that shapes do not match, or that a
+    variance or the noise is not a number above zero.
     """
 
     wi: Floats
@@ -77,7 +64,6 @@ class PcaCodec(TexelCodec):
 
     @property
     def code_dim(self) -> int:  # type: ignore[override]
-        """Number of values of a code."""
         return len(self.variances)
 
     def first(self, code_dim: int) -> PcaCodec:
@@ -89,9 +75,6 @@ class PcaCodec(TexelCodec):
         return replace(self, components=components, variances=variances, noise=noise)
 
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
-        """See :meth:`TexelCodec.encoder`; a NacreError says that directions are not the
-        components'.
-        """
         mean, columns = self._at(wi, wo)
         wide = columns.astype(np.float64)
         variances = np.maximum(self.variances, _SMALLEST * self.variances.max())
@@ -106,9 +89,7 @@ class PcaCodec(TexelCodec):
         return encode
 
     def decoder(self, wi: Floats, wo: Floats) -> TexelMap:
-        """See :meth:`TexelCodec.decoder`; reflectance below zero becomes zero. A NacreError says
-        that directions are not the components'.
-        """
+        """Reflectance below zero becomes zero."""
         mean, columns = self._at(wi, wo)
 
         def decode(codes: Floats) -> Floats:
@@ -133,7 +114,6 @@ class PcaCodec(TexelCodec):
         return self.mean[rows].reshape(-1), self.components[:, rows].reshape(self.code_dim, -1)
 
     def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
-        """See :meth:`TexelCodec.pack`; single always."""
         tensors = {name: np.ascontiguousarray(getattr(self, name), np.float32) for name in _ARRAYS}
         header = {"version": _VERSION, "model": _FILE_KIND, "values": "pi f_r, linear Rec. 709"}
         return header | {"noise": float(self.noise), "metadata": self.metadata}, tensors
@@ -175,12 +155,8 @@ def find_components(
     no more components than texels, nor than values of a texel; `min_count` of them suffice, or as
     many as the recipe says where None.
 
-    Raises
-    ------
-    FormatError
-        If a texture cannot be read.
-    NacreError
-        If there are too few components, or directions differ.
+    Raises a FormatError if a texture cannot be read, and a NacreError if there are too few
+    components or directions differ.
     """
     least = min_count or recipe.code_dim
     return PcaCodec(*strongest_components(textures, recipe, progress, least))
