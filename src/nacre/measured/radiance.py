@@ -14,7 +14,8 @@ back of WINDOW 6.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from nacre.errors import FormatError, printable
 from nacre.geometry import azimuth
 from nacre.io.files import PathLike, first_bytes, write_encoded
 from nacre.io.format import Format
+from nacre.io.xml_file import read_xml
 from nacre.measured import tensor_tree
 from nacre.measured.radiance_writer import (
     SIDE,
@@ -34,12 +36,13 @@ from nacre.measured.radiance_writer import (
     tabulated,
 )
 from nacre.measured.tensor_tree import TensorTree, disk_to_square
-from nacre.measured.window_xml import Block, read_layer
 from nacre.sampling import LobeSampledBrdf, check_isotropic
 
 _RANKS = {"tensortree3": 3, "tensortree4": 4}
 _FROM_XYZ = np.linalg.inv(rgb_to_xyz_matrix(RADIANCE_PRIMARIES))
 _LARGEST = 1e35  # luminance whose color is finite
+_SIZE_LIMIT = 1 << 28
+_NAME_LIMIT = 200
 
 
 class RadianceBrdf(LobeSampledBrdf):
@@ -103,13 +106,17 @@ def load(path: PathLike) -> RadianceBrdf:
 
     A FormatError says that the file cannot be read, is no tensor tree, or holds no reflection.
     """
-    layer = read_layer(path)
-    rank = _RANKS.get(layer.structure.lower())
+    root = read_xml(path, _SIZE_LIMIT)
+    layer = root.find("Optical/Layer") if root.tag == "WindowElement" else None
+    if layer is None:
+        raise FormatError(f"{path}: has no layer of WINDOW 6")
+    structure = _text(layer, "DataDefinition/IncidentDataStructure")
+    rank = _RANKS.get(structure.lower())
     if rank is None:
-        held = layer.structure[:40] or "none"
+        held = structure[:40] or "none"
         problem = "only tensor trees are read, TensorTree3 and TensorTree4"
         raise FormatError(f"{path}: IncidentDataStructure: {held!r}; {problem}")
-    blocks = _side(path, layer.blocks)
+    blocks = _side(path, layer)
     names = ["visible", "cie-u", "cie-v"] if {"cie-u", "cie-v"} <= set(blocks) else ["visible"]
     if "visible" not in blocks:
         raise FormatError(f"{path}: holds no reflection of visible light")
@@ -122,18 +129,35 @@ def load(path: PathLike) -> RadianceBrdf:
                 f"{where}: AngleBasis {block.basis[:40]!r}, expected LBNL/Shirley-Chiu"
             )
         try:
-            trees.append(tensor_tree.parse(block.data, rank))
+            trees.append(tensor_tree.parse(block.text, rank))
         except ValueError as error:
             raise FormatError(f"{where}: ScatteringData {error}") from error
-    return RadianceBrdf(
-        trees,
-        layer.name or Path(path).stem,
-        {"manufacturer": layer.manufacturer} if layer.manufacturer else None,
+    name, maker = (
+        _text(layer, f"Material/{tag}")[:_NAME_LIMIT] for tag in ("Name", "Manufacturer")
     )
+    facts = {"manufacturer": maker} if maker else None
+    return RadianceBrdf(trees, name or Path(path).stem, facts)
 
 
-def _side(path: PathLike, blocks: list[Block]) -> dict[str, Block]:
-    """Blocks of one side by what they hold; the front in Radiance is the back in WINDOW 6."""
+class _Block(NamedTuple):
+    wavelength: str  # "Visible", "CIE-u" and so on
+    direction: str  # "Reflection Back" and so on
+    basis: str
+    text: str
+
+
+def _text(element: Element, place: str) -> str:
+    return (element.findtext(place) or "").strip()
+
+
+def _side(path: PathLike, layer: Element) -> dict[str, _Block]:
+    """Tables of one side by what they hold; the front in Radiance is the back in WINDOW 6."""
+    tags = "WavelengthDataDirection", "AngleBasis", "ScatteringData"
+    blocks = [
+        _Block(_text(data, "Wavelength"), *(_text(block, tag) for tag in tags))
+        for data in layer.iterfind("WavelengthData")
+        for block in data.iterfind("WavelengthDataBlock")
+    ]
     for side in ("reflection back", "reflection front"):
         found = {b.wavelength.lower(): b for b in blocks if b.direction.lower() == side}
         if found:

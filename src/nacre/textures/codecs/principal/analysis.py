@@ -27,15 +27,14 @@ _Orders = Sequence[npt.NDArray[Any]]
 
 @dataclass(frozen=True)
 class PcaRecipe:
-    """Which texels count, and how; a ValueError says that a number is not positive."""
+    """Which texels count; a ValueError says that a number is not positive.
+
+    They count with all six orders of their channels, with the rotations about the normal that the
+    directions allow, and by one over their brightness, so that dark materials are not forgotten.
+    """
 
     code_dim: int = 32  # how many components
     texels: int = 100  # from each texture, at random
-    permute: bool = True  # whether texels count with all six orders of their channels
-    rotate: bool = True
-    """Whether they count with their rotations about the normal that the directions allow."""
-    weigh: bool = True
-    """Whether they count by one over their brightness, so that dark ones are not forgotten."""
     memory: int = 1 << 31  # bytes of the texels; where there are more, fewer are chosen
     seed: int = 0
 
@@ -43,12 +42,6 @@ class PcaRecipe:
         for name in ("code_dim", "texels", "memory"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
-
-    @classmethod
-    def own(cls, code_dim: int = 32, **settings: Any) -> PcaRecipe:
-        """For the components of one texture's own texels, as they are."""
-        given = {"texels": 1 << 20} | dict.fromkeys(("permute", "rotate", "weigh"), False)
-        return cls(code_dim, **given | settings)
 
 
 def strongest_components(
@@ -58,17 +51,11 @@ def strongest_components(
     wi, wo, rows, names = _gathered(textures, recipe, progress, min_count)
     count = len(rows[0])
     recipe = replace(recipe, code_dim=min(recipe.code_dim, count, 3 * len(wi)))
-    orders: _Orders = symmetric_rotations(wi, wo) if recipe.rotate else [np.arange(len(wi))]
-    weights = np.ones(count, np.float32)
-    if recipe.weigh:
-        brightness = rows[0].mean(axis=1) * (LUMA if recipe.permute else 1.0)
-        weights = 1.0 / (np.maximum(brightness, 0.0) + _DARK)
-        weights /= weights.mean()
+    brightness = rows[0].mean(axis=1) * LUMA
+    weights = 1.0 / (np.maximum(brightness, 0.0) + _DARK)
+    weights /= weights.mean()
     progress("components", 0, 1, "")
-    if recipe.permute:
-        mean, components, variances = _of_pairs(rows, weights, orders, recipe)
-    else:
-        mean, components, variances = _of_channels(rows[0], weights, orders, recipe)
+    mean, components, variances = _components(rows, weights, symmetric_rotations(wi, wo), recipe)
     energy = sum(float(np.einsum("ij,ij->", part, part)) for part in rows) / count
     noise = max((energy - float(variances.sum())) / mean.size, _SMALLEST_NOISE)
     progress("components", 1, 1, "")
@@ -76,7 +63,7 @@ def strongest_components(
     return wi, wo, mean, components, variances, noise, facts
 
 
-def _of_pairs(
+def _components(
     rows: Sequence[Floats], weights: Floats, orders: _Orders, recipe: PcaRecipe
 ) -> tuple[Floats, Floats, Floats]:
     """Mean, components and variances of luma (t, n) and chroma (2 t, n).
@@ -99,17 +86,6 @@ def _of_pairs(
     return np.repeat(LUMA * mean[:, None], 3, axis=1), components, variances
 
 
-def _of_channels(
-    rows: Floats, weights: Floats, orders: _Orders, recipe: PcaRecipe
-) -> tuple[Floats, Floats, Floats]:
-    """Mean, components and variances of red, green and blue as they are, shape (t, 3 n)."""
-    orders = [(3 * order[:, None] + np.arange(3)).reshape(-1) for order in orders]
-    mean = _centred(rows, weights, orders)
-    found, variances = leading_components(rows, orders, recipe.code_dim, recipe.seed)
-    components = np.ascontiguousarray(found.T).reshape(-1, len(mean) // 3, 3)
-    return mean.reshape(-1, 3), components, np.maximum(variances, 0.0)
-
-
 def _centred(rows: Floats, weights: Floats, orders: _Orders) -> Floats:
     """Subtract from rows, in place, their mean, and multiply them by roots of the weights; gives
     the mean.
@@ -126,7 +102,7 @@ def _gathered(
 ) -> tuple[Floats, Floats, list[Floats], list[str]]:
     """Directions, random texels of every texture as rows, and names.
 
-    Rows are luma, shape (t, n), and chroma, (2 t, n); or all channels together, (t, 3 n).
+    Rows are luma, shape (t, n), and chroma, (2 t, n).
     """
     random = np.random.default_rng(recipe.seed)
     picks: list[npt.NDArray[np.intp]] = []
@@ -145,18 +121,15 @@ def _gathered(
         raise NacreError(
             f"{pairs} pairs of directions are too few for {min_count} principal components"
         )
-    luma = np.empty((total, pairs if recipe.permute else 3 * pairs), np.float32)
-    chroma = np.empty((2 if recipe.permute else 0, total, pairs), np.float32)
+    luma = np.empty((total, pairs), np.float32)
+    chroma = np.empty((2, total, pairs), np.float32)
     row = 0
     for index, (open_texture, chosen) in enumerate(zip(textures, picks, strict=True)):
         with transposed(open_texture()) as texture:
             for part in texture.blocks(_BLOCK, stop=len(chosen)):
                 texels = texture.texels(chosen[part])
                 place = slice(row, row + len(texels))
-                if recipe.permute:
-                    luma[place], chroma[:, place] = split_colors(texels)
-                else:
-                    luma[place] = texels.reshape(len(texels), -1)
+                luma[place], chroma[:, place] = split_colors(texels)
                 row += len(texels)
         progress("reading", index + 1, len(textures), texture.name)
     return np.array(first.wi), np.array(first.wo), [luma, chroma.reshape(-1, pairs)], names
