@@ -49,11 +49,10 @@ class ScatteredBrdf(LobeSampledBrdf):
     rgb
         f_r in 1/sr, linear Rec. 709 RGB, shape (n, 3). A negative channel is a color outside the
         gamut: it is kept, and counts as 0 in evaluation.
-    isotropic
-        Whether turning both directions about the normal changes nothing.
-    mirrored
-        Whether mirroring both in a plane with the normal changes nothing: samples then stand for
-        phi_d and for -phi_d. True for nearly every isotropic material; ignored if not isotropic.
+    isotropic, mirrored
+        Whether turning both directions about the normal changes nothing, and whether mirroring both
+        in a plane with the normal does not: samples then stand for phi_d and for -phi_d. The second
+        is true for nearly every isotropic material, and ignored for others.
     spectra, wavelengths
         f_r in 1/sr per band, shape (n, bands), and the bands in nm, shape (bands,), where known.
     sigma

@@ -29,15 +29,13 @@ _RIDGE = 1e-6  # of the mean: no direction of codes counts less
 class CompactCodes:
     """A map of codes in few bytes; a ValueError says that shapes or types do not fit.
 
-    `numbers`, shape (height, width, b), has those along the first axes, then pairs of those along
-    the others, the first of a pair in the upper half of a byte. `axes`, shape (code_dim, code_dim),
-    is what a step along each axis adds to a code; `center`, shape (code_dim,), is the code of all
-    zeros.
+    Numbers along the first axes come first, then pairs of those along the others, the first of a
+    pair in the upper half of a byte.
     """
 
-    numbers: npt.NDArray[np.uint8]
-    axes: Floats
-    center: Floats
+    numbers: npt.NDArray[np.uint8]  # shape (height, width, b)
+    axes: Floats  # what a step along each axis adds to a code, shape (code_dim, code_dim)
+    center: Floats  # the code of all zeros, shape (code_dim,)
 
     def __post_init__(self) -> None:
         shape, size = self.numbers.shape, len(self.center)

@@ -119,13 +119,9 @@ def embed_texels(
     gives `count` texels, or all that it has. The same seed makes the same choice and the same map.
     On the earlier map, `onto`, texels stay where they are.
 
-    Raises
-    ------
-    NacreError
-        If a name appears twice, there are too few texels, or the codec is not that of the map, or
-        decodes at its own directions only.
-    MissingExtraError
-        If openTSNE is not installed.
+    Raises a NacreError if a name appears twice, there are too few texels, or the codec is not that
+    of the map, or decodes at its own directions only, and a MissingExtraError if openTSNE is not
+    installed.
     """
     known = () if onto is None else onto.names
     for index, name in enumerate(names):

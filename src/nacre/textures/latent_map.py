@@ -29,36 +29,16 @@ class CodecFile:
 
 @dataclass(frozen=True, eq=False)
 class LatentMap:
-    """A code for every texel.
+    """A code for every texel; a ValueError says that shapes or types do not fit."""
 
-    Parameters
-    ----------
-    codes
-        Shape (height, width, code_dim), float16 or float32.
-    codec
-        Decodes them.
-    wi, wo
-        Directions of the texture that was encoded, shape (n, 3).
-    name
-        The material's name.
-    reference
-        The codec's file, if files should refer to it; they embed it where None.
-    metadata
-        JSON-able facts: the source and the errors.
-
-    Raises
-    ------
-    ValueError
-        If shapes or types do not fit.
-    """
-
-    codes: npt.NDArray[Any]
+    codes: npt.NDArray[Any]  # shape (height, width, code_dim), float16 or float32
     codec: TexelCodec
-    wi: Floats
+    wi: Floats  # directions of the texture that was encoded, shape (n, 3)
     wo: Floats
-    name: str = ""
+    name: str = ""  # the material's
     reference: CodecFile | None = None
-    metadata: dict[str, Any] = field(default_factory=dict)
+    """The codec's file, if files should refer to it; they embed it where None."""
+    metadata: dict[str, Any] = field(default_factory=dict)  # JSON-able: the source, the errors
 
     def __post_init__(self) -> None:
         shape, values = self.codes.shape, self.codec.code_dim

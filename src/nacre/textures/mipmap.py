@@ -99,23 +99,13 @@ class LatentPyramid:
     ) -> LatentPyramid:
         """The pyramid of a map.
 
-        Parameters
-        ----------
-        by
-            What is averaged over boxes. "reflectance": every level is encoded from means of what
-            the map decodes to, which is what is seen from afar, but for the codec's own error.
-            "codes": codes, which is faster (Rainer et al. 2020, section 5.2 and figure 9), with
-            errors where texels with unlike highlights meet. None: as the codec's
-            :attr:`~nacre.textures.codecs.codec.TexelCodec.filtered_by` says.
-        pairs, seed
-            How many of the map's pairs of directions, drawn at random, reflectance is averaged at.
-        progress
-            Called with the rows done.
-
-        Raises
-        ------
-        FormatError
-            If a code decodes, or a mean is encoded, to values that are not finite.
+        What is averaged over boxes: "reflectance" encodes every level from means of what the map
+        decodes to, which is what is seen from afar, but for the codec's own error, at so many of
+        the map's pairs of directions, drawn at random; "codes" is faster (Rainer et al. 2020,
+        section 5.2 and figure 9), with errors where texels with unlike highlights meet. By default
+        it is the codec's :attr:`~nacre.textures.codecs.codec.TexelCodec.filtered_by`. Progress is
+        called with the rows done. A FormatError says that a code decodes, or a mean is encoded, to
+        values that are not finite.
         """
         by = latent.codec.filtered_by if by is None else by
         if by not in FILTERS:
@@ -144,9 +134,9 @@ class LatentPyramid:
     def __call__(self, uv: npt.NDArray[Any], level: npt.NDArray[Any]) -> Floats:
         """Codes by trilinear interpolation, shape (n, values).
 
-        `uv`, shape (n, 2), are places: u grows to the right and v down, from 0 to 1 over the map,
-        which repeats beyond. `level`, shape (n,), is the logarithm to the base 2 of a footprint's
-        width in texels of the map; it is clipped to the levels that exist.
+        At places `uv`, shape (n, 2), u grows to the right and v down, from 0 to 1 over the map,
+        which repeats beyond. `level`, shape (n,), is the base 2 logarithm of a footprint's width in
+        texels of the map; it is clipped to the levels that exist.
         """
         last = len(self.levels) - 1
         level = np.clip(np.asarray(level, np.float64), 0.0, last)
@@ -164,9 +154,8 @@ class LatentPyramid:
 def fill_levels(rows: Iterable[Floats], levels: Sequence[Floats], record: TexelMap) -> None:
     """Write what is kept of the texels of all levels but the first, from means over boxes.
 
-    `rows` are those of the first level, in order: what is averaged, shape (width, ...). `levels`
-    have shapes (height, width, numbers), as :func:`level_shapes` has them. `record` turns means of
-    a row into what is kept of it.
+    `rows`, shape (width, ...), are what is averaged in the first level, in order; levels have
+    shapes (height, width, numbers); `record` turns means of a row into what is kept of it.
     """
     for above, kept in itertools.pairwise(levels):
         rows = recorded(halved_rows(rows, len(above)), kept, record)

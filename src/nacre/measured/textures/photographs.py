@@ -32,12 +32,10 @@ def load_photographs(
     folder unless `directions` names another. `quantity` says what pixels hold, where the list does
     not; "reflectance" where None.
 
-    Raises
-    ------
-    FormatError
-        If the list cannot be read, a column is missing, unknown or there twice, a value is not a
-        finite number, a direction is not of unit length or lies below the horizon, a pair of them
-        appears twice, both the list and `quantity` say what pixels hold, or an image is bad.
+    A FormatError says that the list cannot be read, a column is missing, unknown or there twice, a
+    value is not a finite number, a direction is not of unit length or lies below the horizon, a
+    pair of them appears twice, both the list and `quantity` say what pixels hold, or an image is
+    bad.
     """
     folder = Path(folder)
     path = Path(directions) if directions is not None else folder / LIST

@@ -3,10 +3,10 @@
 For each view, rays of an orthographic camera pass through jittered points of a texel on the plane z
 = 0, as in a rectified photograph: parallax displaces what lies above or below the plane, which also
 hides and shadows. Instead they can pass through points of the surface, as in measurements that are
-rectified with known heights. At each of at most three surface points of a path all directional
-lights are evaluated; whether they reach a triangle is found beforehand. What each point behind the
-first adds to a channel is limited to :data:`nacre.textures.capture.tracing.FIREFLY`, for single
-rare paths would show as bright dots.
+rectified with known heights. At each surface point of a path all directional lights are evaluated;
+whether they reach a triangle is found beforehand. What each point behind the first adds to a
+channel is limited to :data:`nacre.textures.capture.tracing.FIREFLY`, for single rare paths would
+show as bright dots.
 """
 
 from __future__ import annotations
@@ -53,28 +53,24 @@ def capture(
 ) -> TableBtf:
     """Measure a periodic surface at pairs of directions.
 
-    The texture covers one period, so it tiles. A view costs as much for one light as for all that
-    occur with any view: name the same lights for all views where there is a choice. More lights
-    than fit in memory are taken in groups, each with the views that occur with it.
+    The texture covers one period, so it tiles, with as many rows as columns unless told otherwise.
+    A view costs as much for one light as for all that occur with any view: name the same lights for
+    all views where there is a choice. More lights than fit in memory are taken in groups, each with
+    the views that occur with it. The same seed gives the same values, whatever the number of
+    threads. Progress is called as views are done.
 
     Parameters
     ----------
     wi, wo
         Unit directions to the light and to the viewer, within :data:`STEEPEST`, shape (n, 3).
-    width, height
-        Texels; as many rows as columns where not given.
     samples
         Paths per texel and view.
-    seed
-        Same seed, same values, whatever the number of threads.
     depth
         Largest number of surface points of a path; 1 leaves interreflection out.
     on_surface
         Whether texels are points of the surface, not of the plane: those of
         :meth:`nacre.textures.capture.mesostructure.Mesostructure.height_map`. Then they are the
         same points in all views, and show what hides these, if anything does.
-    progress
-        Called as views are done.
 
     Returns
     -------

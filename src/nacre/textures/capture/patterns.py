@@ -60,15 +60,14 @@ def fractal(
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """The Voronoi cells of points, at each point of a grid: the cell it lies in, its distance to
-    the center and how much farther the next one is, and its offset from the center, shape (size,
-    size, 2); all in mean spacings of centers.
+    """The Voronoi cells of points, at each point of a grid; distances are in mean spacings of
+    centers.
     """
 
-    index: Indices
-    distance: Floats
-    margin: Floats
-    offset: Floats
+    index: Indices  # the cell of each point
+    distance: Floats  # to its center
+    margin: Floats  # how much farther the next center is
+    offset: Floats  # from the center, shape (size, size, 2)
 
 
 def cells(size: int, centres: Floats, shift: Floats | float = 0.0) -> Cells:

@@ -38,45 +38,26 @@ _EMBEDDED_PAIRS = 512  # pairs of directions that texels are decoded at for dist
 
 @dataclass(frozen=True, eq=False)
 class LinearBlock:
-    """Coefficients that measurements depend on linearly, and what these are like.
+    """Coefficients that measurements depend on linearly, and what these are like."""
 
-    `functions`, shape (n, k), multiply the coefficients at pairs of directions; `variances`, shape
-    (k,), are their prior variances, and `noise` that of a measurement about the sums. So many
-    channels have coefficients of their own with these functions and variances.
-    """
-
-    functions: Floats
-    variances: npt.NDArray[np.float64]
-    noise: float
-    channels: int = 1
+    functions: Floats  # what multiplies the coefficients at pairs of directions, shape (n, k)
+    variances: npt.NDArray[np.float64]  # prior ones of the coefficients, shape (k,)
+    noise: float  # variance of a measurement about the sums
+    channels: int = 1  # so many have coefficients of their own with these functions
 
 
 @dataclass(frozen=True)
 class TrainingRun:
-    """What a codec is trained on, and where it keeps what it has so far.
+    """What a codec is trained on, and where it keeps what it has so far."""
 
-    Parameters
-    ----------
-    paths, load
-        Files or folders of textures, and what opens one.
-    state
-        Start of the names of files that keep the training, so that a later run can resume it; None
-        to keep nothing. They stay, for the caller to remove once the codec is saved.
-    fingerprint
-        What must be the same for that, besides the recipe.
-    journal, events
-        CSV file with the losses, and folder for TensorBoard; for codecs that are
-        :attr:`TexelCodec.journaled`.
-    progress
-        Called as the training goes on.
-    """
-
-    paths: Sequence[PathLike]
-    load: Callable[[PathLike], Btf]
+    paths: Sequence[PathLike]  # files or folders of textures
+    load: Callable[[PathLike], Btf]  # opens one
     state: Path | None = None
-    fingerprint: str = ""
-    journal: Path | None = None
-    events: Path | None = None
+    """Start of the names of files that keep the training, so that a later run can resume it; they
+    stay, for the caller to remove once the codec is saved."""
+    fingerprint: str = ""  # what must be the same for that, besides the recipe
+    journal: Path | None = None  # CSV file with the losses, for codecs that are `journaled`
+    events: Path | None = None  # folder for TensorBoard, likewise
     progress: Progress = silent
 
     @property

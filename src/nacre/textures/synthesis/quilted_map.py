@@ -93,27 +93,12 @@ def synthesize(
     """A texture of any size, in texels, that looks like another: image quilting of its codes.
 
     Every texel has the code of one of the input's, bit by bit (Rainer et al. 2020, figure 10; Efros
-    and Freeman 2001).
+    and Freeman 2001). Settings are those of :class:`nacre.textures.synthesis.quilting.Quilting`;
+    what is None there is found from the texture: patches and their overlap, in texels, and whether
+    the input tiles. Progress is called with the patches laid.
 
-    Parameters
-    ----------
-    patch, overlap
-        Edge of patches and how far they overlap, in texels; found from the texture where None.
-    tolerance, seed
-        See :class:`nacre.textures.synthesis.quilting.Quilting`.
-    periodic
-        Whether the input tiles; found out where None.
-    tile
-        Whether the output shall tile.
-    progress
-        Called with the patches laid.
-
-    Raises
-    ------
-    NacreError
-        If a size is out of range, or patches are larger than the input or the output.
-    FormatError
-        If a code decodes to values that are not finite.
+    Raises a NacreError if a size is out of range, or patches are larger than the input or the
+    output, and a FormatError if a code decodes to values that are not finite.
     """
     if min(height, width) < 2 or height * width > TEXEL_LIMIT:
         raise NacreError(

@@ -40,13 +40,12 @@ def seams(sources: Sources, height: int, width: int, *, periodic: bool, tile: bo
 class SeamContrast:
     """Differences across seams against those between all other neighbors.
 
-    `ratio` compares root mean squares: 1 where seams are no stronger than what is in the texture
-    anyway, None where there is no seam or the inside is even. `fraction` is the share of all pairs
-    of neighbors that have a seam between them.
+    The ratio compares root mean squares: 1 where seams are no stronger than what is in the texture
+    anyway, None where there is no seam or the inside is even.
     """
 
     ratio: float | None
-    fraction: float
+    fraction: float  # share of all pairs of neighbors that have a seam between them
 
 
 def seam_contrast(values: Floats, edges: Edges, *, tile: bool) -> SeamContrast:

@@ -45,14 +45,13 @@ _HORIZON = 1e-5
 class Loss:
     """What a file that keeps some components of a texture has lost.
 
-    `error` is the mean absolute difference between the values read back and those of the texture,
+    The error is the mean absolute difference between the values read back and those of the texture,
     negative ones as they were, relative to the mean absolute value of these; 0 for a black texture.
-    Squares would tell about the highlights only. `negative` is the share of the values that were
-    below 0, which were written as 0.
+    Squares would tell about the highlights only.
     """
 
     error: float
-    negative: float
+    negative: float  # share of the values that were below 0, which were written as 0
 
 
 def save(
@@ -69,18 +68,10 @@ def save(
     leading directions of each channel, to project it, and to compare it with what was written.
     Memory is taken for some blocks of texels and for the matrices over pairs of directions. Notes
     on the measurement are kept where the texture comes from such a file itself. Negative values are
-    written as 0.
+    written as 0. Progress is called with texels done, over all passes.
 
-    Parameters
-    ----------
-    components
-        Of each channel; at most as many as there are texels, and pairs.
-    model
-        How colors are made into the channels that are factored.
-    scalar_size
-        Bytes of a number: 2 as in the files of Bonn, 4 or 8.
-    progress
-        Called with texels done, over all passes.
+    A channel, of those that the color model makes, has so many components, at most as many as there
+    are texels, and pairs. Numbers take 2 bytes, as in the files of Bonn, 4 or 8.
 
     Raises
     ------

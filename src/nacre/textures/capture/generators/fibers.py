@@ -13,16 +13,11 @@ from nacre.textures.capture.patterns import Indices, lay_fibres, noise
 
 @dataclass(frozen=True, eq=False)
 class Curls:
-    """Curled fibers as points along them, one closer to the next than the radius that all have.
+    """Curled fibers as points along them, one closer to the next than the radius that all have."""
 
-    Points, shape (k, 3), have a position in the plane and a height, in periods; `owner`, shape
-    (k,), is the fiber of each. `azimuth`, shape (fibers,), is where each fiber sets out to, in
-    radians.
-    """
-
-    points: Floats
-    owner: Indices
-    azimuth: Floats
+    points: Floats  # position in the plane and height, in periods, shape (k, 3)
+    owner: Indices  # the fiber of each point, shape (k,)
+    azimuth: Floats  # in which each fiber sets out, radians, shape (fibers,)
     radius: float
 
     def seen(self, size: int) -> tuple[Floats, Indices]:
@@ -96,14 +91,11 @@ def _smoothed(height: Floats, cells: float) -> Floats:
 
 
 class Spun(NamedTuple):
-    """Fibers that wind around strands, all of shape (size, size): their height in half widths of a
-    strand; their shade, 0 to 1, by the light that reaches between them; and the number of the fiber
-    at each point, from 0 to below 2 count strands.
-    """
+    """Fibers that wind around strands, all of shape (size, size)."""
 
-    height: Floats
-    shade: Floats
-    fiber: Indices
+    height: Floats  # in half widths of a strand
+    shade: Floats  # 0 to 1, by the light that reaches between fibers
+    fiber: Indices  # which one, from 0 to below 2 count strands
 
 
 def spun(

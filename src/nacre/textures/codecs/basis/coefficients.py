@@ -34,19 +34,15 @@ Indices = npt.NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class TrainingTexels:
-    """What is known of t texels.
+    """What is known of t texels."""
 
-    `values` are coefficients from all pairs of directions, shape (t, K); `residuals`, shape (t,),
-    mean squares of what the functions leave out of roots of reflectance factors. `subsets` are
-    pairs of directions that an encoder may have to manage with; the first has all. `moments`, shape
-    (s, t, K), are products of roots of reflectance less the mean with the functions, over each of
-    the subsets.
-    """
-
-    values: Floats
+    values: Floats  # coefficients from all pairs of directions, shape (t, K)
     residuals: Floats
+    """Mean squares that the functions leave out of roots of reflectance factors, (t,)."""
     subsets: Sequence[Indices]
+    """Pairs of directions that an encoder may have to manage with; first all."""
     moments: Floats
+    """Products of roots less the mean with the functions, over each subset, (s, t, K)."""
 
 
 def partial_measurements(wi: Floats, wo: Floats, random: np.random.Generator) -> list[Indices]:

@@ -22,17 +22,16 @@ _DAMPING = 1e-2  # relative, of steps
 class Prior:
     """What coefficients are like, from the texels of the training.
 
-    `deviations` are root mean squares of coefficients, shape (K,). `noise` is the variance of roots
-    of reflectance factors about sums of the functions: what these cannot express, and noise of the
-    measurement. `covariance`, shape (K, K), or (0, 0) before the training, is that of coefficients
-    about completed ones, relative to the mean square of a texel; `relative_noise` is the noise in
-    the same units.
+    The covariance is that of coefficients about completed ones, relative to the mean square of a
+    texel; (0, 0) before the training.
     """
 
-    deviations: Floats
+    deviations: Floats  # root mean squares of coefficients, shape (K,)
     noise: float
-    covariance: Floats
-    relative_noise: float
+    """Variance of roots of reflectance about sums of the functions: what these cannot express, and
+    noise."""
+    covariance: Floats  # shape (K, K)
+    relative_noise: float  # the noise in the units of the covariance
 
 
 class Observation:

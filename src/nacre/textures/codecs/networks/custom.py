@@ -36,7 +36,7 @@ from nacre.textures.codecs.networks.trainable import TrainableNetwork
 @dataclass(frozen=True)
 class CustomSettings:
     """Sizes of the network; for the decoder see
-    :class:`nacre.textures.codecs.networks.mlp.Decoder`.
+    :data:`nacre.textures.codecs.networks.mlp.DECODERS`.
     """
 
     latent: int = 8  # L, the values of a code

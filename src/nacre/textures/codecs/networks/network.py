@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import abc
 import itertools
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
 from typing import Any, ClassVar, Self, TypeVar
@@ -14,17 +15,18 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.errors import NacreError
 from nacre.io.tensors import Tensors, check_header, check_unit_vectors, in_precision, in_single
-from nacre.numerics.mlp import Layer
+from nacre.numerics.mlp import Layer, forward
 from nacre.runtime.device import one_thread
 from nacre.runtime.parallel import thread_map
 from nacre.textures.codecs.codec import Filter, TexelCodec, TexelMap, check_shape
 from nacre.textures.codecs.networks.mlp import (
-    Decoder,
+    INPUTS,
     Shapes,
     Tensor,
     direction_inputs,
     initial,
     mlp_layers,
+    mlp_shapes,
     settings_from_json,
     torch,
 )
@@ -36,6 +38,7 @@ _Settings = TypeVar("_Settings")
 _CHUNK = 64  # texels that are encoded at a time
 _ROWS = 1 << 11
 """Pairs of a code and directions that are decoded at a time: their layers stay in the cache."""
+_COEFFICIENTS = 128  # width of the layer between a code and the bilinear decoder's coefficients
 _VERSION = 1
 _VALUES = "whitened log(pi f_r + offset), linear Rec. 709"
 DIRECTIONS = "wi", "wo"
@@ -73,8 +76,7 @@ class TexelNetwork(TexelCodec):
         self.settings, self.whitening = settings, whitening
         self.metadata = {}
         self.code_dim = settings.latent
-        self._decoder = Decoder(settings.latent, settings.decoder_hidden, settings.decoder)
-        shapes = self.shapes() | self._decoder.shapes()
+        shapes = self.shapes() | self._decoder_shapes()
         if parameters is None:
             parameters = initial(shapes, np.random.default_rng((seed, 1)), variance)
             for name, start in self.starts.items():
@@ -103,11 +105,37 @@ class TexelNetwork(TexelCodec):
     def encode(self, values: Tensor, prepared: Any) -> Tensor:
         """Codes, shape (b, L), of whitened texels of shape (b, 3, n)."""
 
+    def _decoder_shapes(self) -> Shapes:
+        hidden = self.settings.decoder_hidden
+        if self.settings.decoder == "network":
+            return mlp_shapes("decoder", (self.code_dim + INPUTS, *hidden, 3))
+        coefficients = self.code_dim, _COEFFICIENTS, 3 * hidden[-1]
+        return mlp_shapes("features", (INPUTS, *hidden)) | mlp_shapes("coefficients", coefficients)
+
     def prepare_decoder(self, directions: Tensor) -> Tensor:
-        return self._decoder.prepare(self.parameters, directions)
+        """The part of the decoder that depends on the pairs of directions only, shape (n, width).
+
+        Directions are stereographic coordinates of light and viewer, shape (n, 4).
+        """
+        if self.settings.decoder == "bilinear":
+            features = forward(directions, mlp_layers(self.parameters, "features"))
+            return features / math.sqrt(self.settings.decoder_hidden[-1])
+        weight, bias = mlp_layers(self.parameters, "decoder")[0]
+        return torch.addmm(bias, directions, weight[self.code_dim :])
 
     def decode(self, codes: Tensor, prepared: Tensor) -> Tensor:
-        return self._decoder.decode(self.parameters, codes, prepared)
+        """Whitened logarithms, shape (b, n, 3), of codes of shape (b, L).
+
+        The part of the first layer that sees the code is evaluated once per code.
+        """
+        if self.settings.decoder == "bilinear":
+            coefficients = forward(codes, mlp_layers(self.parameters, "coefficients"))
+            products = coefficients.reshape(-1, prepared.shape[1]) @ prepared.mT
+            return products.reshape(len(codes), 3, -1).mT
+        (weight, _), *others = mlp_layers(self.parameters, "decoder")
+        first = (codes @ weight[: self.code_dim])[:, None] + prepared
+        values = forward(first.relu_().flatten(0, 1), others)
+        return values.reshape(len(codes), len(prepared), 3)
 
     def to(self, device: Any) -> Self:
         moved = {name: p.detach().to(device) for name, p in self.parameters.items()}

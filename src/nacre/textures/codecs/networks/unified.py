@@ -29,7 +29,7 @@ _RUN = 32  # entries of which the largest is found at once
 class UnifiedSettings:
     """Sizes of the network; the defaults are the paper's (section 4).
 
-    For the decoder see :class:`nacre.textures.codecs.networks.mlp.Decoder`.
+    For the decoder see :data:`nacre.textures.codecs.networks.mlp.DECODERS`.
     """
 
     latent: int = 32  # L, the values of a code

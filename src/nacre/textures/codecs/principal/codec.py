@@ -32,21 +32,16 @@ class PcaCodec(TexelCodec):
     A code is what is most likely of independent normal weights given normal noise: least squares
     with a ridge, from all the pairs or some of them. From all it is the projection onto the
     components, but for the small ridge. At other directions, encoding and decoding are a
-    NacreError.
-
-    `wi` and `wo` are the directions, shape (n, 3); `mean`, shape (n, 3), is what all texels have;
-    `components`, shape (code_dim, n, 3), are orthonormal, the strongest first; `variances`, shape
-    (code_dim,), are mean squares of weights; and `noise` is the variance of reflectance about the
-    sums: what the components leave out. A ValueError says that shapes do not match, or that a
-    variance or the noise is not a number above zero.
+    NacreError. A ValueError says that shapes do not match, or that a variance or the noise is not a
+    number above zero.
     """
 
-    wi: Floats
+    wi: Floats  # the directions, shape (n, 3)
     wo: Floats
-    mean: Floats
-    components: Floats
-    variances: Floats
-    noise: float
+    mean: Floats  # what all texels have, shape (n, 3)
+    components: Floats  # orthonormal, the strongest first, shape (code_dim, n, 3)
+    variances: Floats  # mean squares of weights, shape (code_dim,)
+    noise: float  # variance of reflectance about the sums: what the components leave out
     metadata: dict[str, Any] = field(default_factory=dict)
 
     kind = "pca"
