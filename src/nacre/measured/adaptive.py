@@ -43,9 +43,7 @@ class Point(NamedTuple):
 
 
 class AdaptiveWarp(Sampler):
-    """The map between the unit square, half vectors and `wi` for a given `wo`, from a checked
-    tensor file; a sampler, described to people as `about`.
-    """
+    """The map between the unit square, half vectors and `wi` for a given `wo`; a sampler."""
 
     def __init__(self, tables: RglTables, about: str = "the table's own warp") -> None:
         self._about = about

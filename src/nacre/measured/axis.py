@@ -22,9 +22,7 @@ LEAST_KNOWN = 1e-18
 
 
 class Axis:
-    """Nodes of one parameter, shape (count,), strictly increasing; a single node makes it
-    irrelevant.
-    """
+    """Nodes of one parameter, strictly increasing; a single one makes the parameter irrelevant."""
 
     def __init__(self, nodes: npt.ArrayLike) -> None:
         self.nodes = Table(nodes)

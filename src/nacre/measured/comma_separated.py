@@ -74,13 +74,12 @@ def load(path: PathLike) -> ScatteredBrdf:
 
 
 def save(brdf: Brdf, path: PathLike) -> None:
-    """Write samples of any reflectance, whole or not at all.
+    """Write samples of any reflectance, whole or not at all, in degrees, as bands or linear RGB.
 
     The samples of a :class:`ScatteredBrdf` are written as they are: what this function wrote is
     written again byte for byte. Anything else is sampled first (see
-    :func:`nacre.measured.scattered.tabulate`). Angles are in degrees; values are bands where
-    spectra are known, else linear RGB. A FormatError says that the path cannot be written, or that
-    `brdf` is not known anywhere.
+    :func:`nacre.measured.scattered.tabulate`). A FormatError says that the path cannot be written,
+    or that `brdf` is not known anywhere.
     """
     try:
         scan = brdf if isinstance(brdf, ScatteredBrdf) else tabulate(brdf)

@@ -28,11 +28,10 @@ def from_measurement(
     """A reflectance from the rows of a file, which may hold more than a reflectance can.
 
     Samples with a direction at or below the horizon, and those negative in every channel (not
-    measured), are left out. Samples of one pair of directions, to a millionth, are averaged; of an
+    measured), are left out. Samples of one pair of directions, to a millionth, are averaged; for an
     isotropic material, so are those that turning and mirroring the surface make one pair: they
-    would hide how far samples are from each other. How many is among the facts that
-    :meth:`ScatteredBrdf.describe` shows. A :class:`FormatError`, which starts with `where`, says
-    that nothing is left.
+    would hide how far samples are from each other. :meth:`ScatteredBrdf.describe` counts them. A
+    :class:`FormatError`, which starts with `where`, says that nothing is left.
     """
     # A direction at 90 degrees comes out of the sine and cosine a rounding error above 0.
     visible = np.minimum(wi[:, 2], wo[:, 2]) > 1e-6
@@ -78,9 +77,8 @@ def from_measurement(
 
 
 def _rotated(pairs: Floats) -> Floats:
-    """Pairs (n, 6) turned to the light's azimuth 0, or the viewer's under a light at the normal.
-
-    The viewer's y comes without its sign: mirroring changes it.
+    """Pairs (n, 6) turned to the light's azimuth 0, or the viewer's under a light at the normal;
+    the viewer's y comes without its sign, which mirroring changes.
     """
     light, view = pairs[:, :3], pairs[:, 3:]
     tilted = np.hypot(light[:, 0], light[:, 1]) > 1e-6

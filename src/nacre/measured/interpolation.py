@@ -33,9 +33,7 @@ class Neighbours(NamedTuple):
 
 
 class SampleTree:
-    """Search tree over the :func:`coordinates` of samples, n directions to the light and to the
-    viewer.
-    """
+    """Search tree over the :func:`coordinates` of n samples."""
 
     def __init__(self, wi: Components, wo: Components, isotropic: bool, mirrored: bool) -> None:
         from scipy.spatial import cKDTree

@@ -44,13 +44,10 @@ class MbsdfBrdf(LobeSampledBrdf):
     """A reflectance tabulated over the polar angles of light and view and the azimuth between.
 
     Values are linear in the three angles between the centers of cells and constant beyond the outer
-    centers: what the MDL SDK's examples, in `texture_support_cuda.h`, have the filter of a texture
-    do. The table need not be reciprocal.
-
-    `stored` has the shape (theta_in, theta_out, phi, 3), or (..., 1) where it is gray: f_r in 1/sr,
-    with as many theta_in, the light's, as theta_out; else it is a ValueError. It is kept as float32
-    and may be negative where a measurement is. `remarks` are lines of text in the file, without
-    their ends.
+    centers, as in the MDL SDK's examples, `texture_support_cuda.h`. The table need not be
+    reciprocal. `stored` has the shape (theta_in, theta_out, phi, 3), or (..., 1) where it is gray,
+    with as many theta_in, the light's, as theta_out, else it is a ValueError: f_r in 1/sr, float32,
+    below 0 where a measurement is. `remarks` are lines of text in the file.
     """
 
     isotropy_known = True

@@ -96,10 +96,7 @@ def _averages(blends: _Single, measure: Floats) -> _Single:
 
 
 def _values(brdf: Brdf, theta: Floats, phi: Floats) -> tuple[_Single, npt.NDArray[np.bool_]]:
-    """f_r, 0 where it is not known, and where it is.
-
-    Shapes (theta_in, theta_out, phi, 3) and (..., 1); angles in radians.
-    """
+    """f_r, 0 where it is not known, and where it is: (theta_in, theta_out, phi, 3) and (..., 1)."""
     shape = len(theta), len(theta), len(phi)
     f_r, known = np.empty((*shape, 3), np.float32), np.empty((*shape, 1), bool)
     wo = join(from_spherical(theta[:, None], phi)).astype(np.float32)

@@ -187,10 +187,7 @@ def _sampled(brdf: Brdf, resolution: Resolution) -> tuple[Floats, Floats, Floats
 
 
 def _angles(wi: Floats, wo: Floats) -> Floats:
-    """Zenith angles of incidence and exit, and the azimuth between, to 1e-6 rad; shape (n, 3).
-
-    The azimuth is 0 where there is none.
-    """
+    """Zenith angles of incidence and exit, and the azimuth between or 0, to 1e-6 rad; (n, 3)."""
     (theta_i, phi_i), (theta_o, phi_o) = (to_spherical(split(w)) for w in (wi, wo))
     angles = np.stack([theta_i, theta_o, np.mod(phi_o - phi_i, 2.0 * math.pi)], axis=1)
     angles = np.floor(1e6 * angles + 0.5) / 1e6

@@ -40,9 +40,7 @@ class Resolution:
 
 
 def tabulated(brdf: Brdf, side: int) -> list[str]:
-    """Texts of the trees of luminance and, unless all is gray, of u' and v', with a power of two of
-    cubes across the disk of directions.
-    """
+    """Texts of the trees of luminance and, unless all is gray, of u' and v'."""
     xyz = np.maximum(_tabulate(brdf, side), 0.0) @ _TO_XYZ.T
     y = xyz[..., 1]
     weight = np.maximum(xyz @ [1.0, 15.0, 3.0], 1e-30)  # CIE 15:2004, section 8.2.1.1

@@ -127,10 +127,7 @@ def load(path: PathLike) -> RglBrdf:
 
 
 def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> RglBrdf:
-    """Any reflectance on the adaptive parametrization of the RGL database.
-
-    See :func:`nacre.measured.rgl_writer.tabulate_tables`.
-    """
+    """As :func:`nacre.measured.rgl_writer.tabulate_tables`, as a reflectance."""
     return RglBrdf(tabulate_tables(brdf, resolution), brdf.name)
 
 
@@ -140,10 +137,8 @@ def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> No
     An :class:`RglBrdf` is written as it is, unless a resolution is given: every array of its file
     comes back bit for bit, spectra included. Anything else is tabulated first (see
     :func:`tabulate`). A file whose name ends in ``_spec.bsdf`` holds spectra: those of `brdf` where
-    it has some, else spectra of its colors (see :func:`nacre.color.upsample`).
-
-    A FormatError says that the path cannot be written, or an anisotropic material needs more
-    azimuths.
+    it has some, else spectra of its colors (see :func:`nacre.color.upsample`). A FormatError says
+    that the path cannot be written, or an anisotropic material needs more azimuths.
     """
     spectral = _holds_spectra(path)
     if not isinstance(brdf, RglBrdf) or resolution is not None:

@@ -134,10 +134,7 @@ def _tensors(path: PathLike) -> tuple[Tensors, MappedFile | None]:
 def _colors(
     spectra: _Floats, wavelengths: _Floats, content: _Fields, file: MappedFile | None
 ) -> _Floats:
-    """Linear Rec. 709 of spectra (P, T, B, N, M), slice by slice, for spectra are large.
-
-    Values that are not finite are refused, and slices that were mapped are given back.
-    """
+    """Linear Rec. 709 of finite spectra (P, T, B, N, M), slice by slice, for they are large."""
     weights = rgb_weights(wavelengths)
     rgb = np.empty((*spectra.shape[:2], 3, *spectra.shape[3:]), np.float32)
     for index in np.ndindex(*spectra.shape[:2]):
@@ -164,9 +161,7 @@ class _Fields:
         return self.tensors[name]
 
     def floats(self, name: str, shape: _Shape, *, finite: bool = True) -> _Floats:
-        """A float32 array, checked to be finite; None in `shape` stands for any number of nodes
-        from 2.
-        """
+        """A finite float32 array; None in `shape` stands for any number of nodes from 2."""
         values = self._get(name)
         if values.dtype != np.float32:
             raise self.error(name, f"holds {values.dtype}, expected float32")

@@ -150,9 +150,8 @@ def tabulate_tables(
 
 
 def with_spectra(tables: RglTables) -> RglTables:
-    """Tables with the spectra of their colors, by :func:`nacre.color.upsample`.
-
-    Upsampling is linear: between nodes, too, spectra are those of the color there.
+    """Tables with the spectra of their colors, also between nodes: :func:`nacre.color.upsample` is
+    linear.
     """
     wavelengths = upsampling_nodes()
     weights = np.stack(primaries(wavelengths), axis=1).astype(np.float32)

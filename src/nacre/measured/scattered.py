@@ -116,9 +116,7 @@ class ScatteredBrdf(LobeSampledBrdf):
         self._facts = dict(facts or {})
 
     def subset(self, chosen: npt.NDArray[Any]) -> ScatteredBrdf:
-        """The reflectance from some of the samples alone; an array of indices or a mask chooses
-        them.
-        """
+        """The reflectance from some of the samples alone, by their indices or a mask."""
         part = self.samples[chosen]
         return ScatteredBrdf(
             part.wi,

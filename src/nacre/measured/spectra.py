@@ -26,10 +26,7 @@ def to_rgb(spectra: npt.ArrayLike, wavelengths: npt.ArrayLike) -> _Array:
 
 
 def rgb_weights(wavelengths: npt.ArrayLike) -> _Array:
-    """The matrix of :func:`to_rgb`, shape (bands, 3): color is linear in the spectrum.
-
-    A ValueError says that the wavelengths are not one increasing list.
-    """
+    """The matrix of :func:`to_rgb`, (bands, 3); a ValueError says that bands do not increase."""
     bands = np.asarray(wavelengths, np.float64)
     if bands.ndim != 1 or not (np.diff(bands) > 0.0).all():
         raise ValueError("wavelengths must be one increasing list")

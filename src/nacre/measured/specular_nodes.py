@@ -40,9 +40,8 @@ class Resolution:
         return np.linspace(0.0, _STEEPEST, self.incidences)
 
     def views(self, light: float) -> tuple[Floats, Floats]:
-        """Polar angles and azimuths in degrees for a polar angle of the light.
-
-        There are 2 azimuths - 1 azimuths from 0 to 360, measured from the mirror direction.
+        """Polar angles and azimuths in degrees, from 0 to 360 from the mirror direction, for a
+        light.
         """
         half = growing(180.0, self.azimuths)
         azimuths = np.concatenate([half, 360.0 - half[-2::-1]])

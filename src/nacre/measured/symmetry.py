@@ -29,10 +29,7 @@ def symmetry(brdf: Brdf) -> int:
 
 
 def unchanged_by_quarter_turn(brdf: Brdf) -> bool:
-    """Whether a quarter turn about the normal leaves a material unchanged, tried as above.
-
-    No isotropic material fails: unlike other turns, this one is exact in floating point.
-    """
+    """Whether a quarter turn, which is exact in floating point, leaves a material unchanged."""
     return _unchanged(brdf, lambda x, y: (-y, x))
 
 

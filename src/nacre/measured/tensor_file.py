@@ -64,9 +64,8 @@ def parse_tensors(data: bytes | mmap, path: PathLike) -> Tensors:
 
 
 def write_tensors(tensors: Tensors, path: PathLike) -> None:
-    """Write a tensor file, whole or not at all; the same tensors give the same bytes.
-
-    Arrays have the types of the container, and none is empty.
+    """Write a tensor file, whole or not at all, of arrays that are not empty; always the same
+    bytes.
     """
     arrays = {name: np.ascontiguousarray(array) for name, array in tensors.items()}
     offset = len(MAGIC) + struct.calcsize("<2BI")

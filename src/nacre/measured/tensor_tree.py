@@ -29,10 +29,9 @@ _TOKEN = re.compile(r"[{}]|[^\s,{}]+")
 class TensorTree:
     """A function on the unit cube of 3 or 4 axes, their number being the rank.
 
-    `values`, shape (n,), float32, belong to all leaves. `leaves`, shape (leaves, 2), has where the
-    values of each leaf start, and their number along an axis. `links`, shape (branches 2^rank,),
-    are the children of all branches, 2^rank each: the place of the first child of a branch, or -1 -
-    the number of a leaf; empty where the root is a leaf. The root is like an entry of `links`, and
+    `leaves`, shape (leaves, 2), has where the values of each leaf start, and their number along an
+    axis. `links`, shape (branches 2^rank,), are the children of all branches: the place of the
+    first child of a branch, or -1 - the number of a leaf. The root is like an entry of `links`, and
     at most `depth` branches lie within each other.
     """
 
@@ -216,10 +215,7 @@ def _blocks(values: Floats) -> Floats:
 
 
 def disk_to_square(x: Array, y: Array) -> tuple[Array, Array]:
-    """Map of the unit disk to the unit square that keeps the ratios of areas.
-
-    Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square".
-    """
+    """The unit disk to the unit square, keeping ratios of areas (Shirley and Chiu 1997)."""
     xp = namespace(x, y)
     radius = xp.sqrt(x * x + y * y)
     wide = xp.abs(x) > xp.abs(y)

@@ -139,9 +139,7 @@ def _azimuth(phi: Array) -> Blend:
 
 
 def tabulate(brdf: Brdf) -> UtiaBrdf:
-    """Any reflectance on the grid of the UTIA database; invalid where it is not known or not
-    finite.
-    """
+    """Any reflectance on the grid of the database; invalid where it is not known or not finite."""
     polar, azimuths = np.radians(15.0 * np.arange(_POLAR)), np.radians(7.5 * np.arange(_AZIMUTHS))
     theta, phi = np.meshgrid(polar, azimuths, indexing="ij")
     nodes = join(from_spherical(theta, phi)).reshape(-1, 3)

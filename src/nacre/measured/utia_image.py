@@ -40,10 +40,9 @@ _EXR_HEADER = ImageHeader(_EDGE, _EDGE, frozenset("RGB"), 0)
 
 
 def load_exr(path: PathLike) -> UtiaBrdf:
-    """Read an ``.exr`` image of linear values, whose name becomes the material's.
+    """Read an ``.exr`` image of f_r in 1/sr, whose name becomes the material's.
 
-    The file has one part in scan lines with channels R, G, B. Values are f_r in 1/sr; a pixel with
-    a negative channel is not valid.
+    The file has one part in scan lines with channels R, G, B; a negative channel is not valid.
     """
     data = read_bytes(path, _SIZE_LIMIT)
     header = exr_header(data[:HEADER_LIMIT], path)

@@ -101,10 +101,7 @@ class Warp(Grid):
         self._columns = Table(along_x / total[:, None, None])
 
     def sample(self, u: Array, v: Array, blend: Blend) -> tuple[Array, Array, Array]:
-        """Point (x, y) of the density from uniform (u, v), and the density there.
-
-        `v` chooses the row, `u` the position along it.
-        """
+        """Point (x, y) from uniform u, along a row, and v, which chooses it; and its density."""
         xp = namespace(u, v)
         u, v = xp.maximum(u, _MIN_UNIFORM), xp.maximum(v, _MIN_UNIFORM)
         zero = zero_index(v)
@@ -123,9 +120,8 @@ class Warp(Grid):
         )
 
     def invert(self, x: Array, y: Array, blend: Blend) -> tuple[Array, Array, Array]:
-        """Uniform (u, v) that :meth:`sample` maps to (x, y), and the density there.
-
-        (0, v) where a whole row has no density.
+        """Uniform (u, v) that :meth:`sample` maps to (x, y), u = 0 in an empty row, and the
+        density.
         """
         patch = self.locate(x, y)
         xp = namespace(patch.x)
@@ -177,10 +173,7 @@ def _integral(t: Array, start: Array, end: Array, count: int) -> Array:
 
 
 def _solve(area: Array, start: Array, end: Array, count: int) -> Array:
-    """Position in [0, 1] up to which the integral over one segment is `area`.
-
-    The root of the quadratic in the form that does not cancel where the slope vanishes.
-    """
+    """Where in [0, 1] the integral over one segment is `area`, without cancellation."""
     xp = namespace(area)
     area = 2.0 * count * xp.maximum(area, 0.0)
     root = xp.sqrt(xp.maximum(start * start + area * (end - start), 0.0))

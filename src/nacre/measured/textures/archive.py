@@ -116,11 +116,10 @@ def save(
 ) -> None:
     """Write a NumPy archive of any texture, whole or not at all, in little memory.
 
-    The texture is read once, by runs of texels; where it lies in images (:attr:`Btf.by_image`),
-    each is decoded once and put by texel in a temporary file beside `path` as large as the new one.
-    The default precision of values is "single" for a table that is wider than half, else "half"
-    unless a value is too large for it. Progress is called with the texels done. A FormatError says
-    that the path cannot be written, or that a value is too large for the precision.
+    The texture is read once, by runs of texels; images (:attr:`Btf.by_image`) are decoded once and
+    put by texel in a temporary file beside `path` as large as the new one. By default the precision
+    is "single" for a table that is wider than half, else "half" unless a value is too large for it,
+    which in a given precision is a FormatError.
     """
     path = Path(path)
     if precision is None and isinstance(btf, TableBtf) and btf.values.dtype.itemsize > 2:

@@ -63,10 +63,7 @@ def check_directions(
 
 
 def check_distinct(wi: Floats, wo: Floats, names: list[str], where: str) -> None:
-    """Refuse a pair of directions, shape (n, 3), that appears twice.
-
-    The message starts with `where` and calls the pairs by their `names`.
-    """
+    """Refuse a pair of directions, shape (n, 3), that appears twice, by its names."""
     pairs = np.concatenate([wi, wo], axis=1).round(6)
     _, first, which = np.unique(pairs, axis=0, return_index=True, return_inverse=True)
     origin = first[which.reshape(-1)]

@@ -51,12 +51,9 @@ def transposed(
 
     Where it lies in images (:attr:`Btf.by_image`), each is read once: as many as `size_limit` bytes
     of memory take are put by texel and written to a temporary file, from which a run of texels is
-    one piece of each such part. The file, in `folder` or the system's, is as large as the texture
-    in the type `dtype`: where None, half, or single if a value needs it, and images are read again
-    then. Any other texture is given back as it is. Progress is called with the pictures read.
-
-    A FormatError says that an image is bad, a value is too large for the type, or the file cannot
-    be written.
+    one piece of each such part. The file, in `folder` or the system's, has the type `dtype`: by
+    default half, or single if a value needs it, and images are read again then. A FormatError says
+    that an image is bad, a value is too large for the type, or the file cannot be written.
     """
     if not btf.by_image:
         yield btf
@@ -103,10 +100,7 @@ def narrowest_precision(attempt: Callable[[np.dtype[Any]], _T], dtype: npt.DType
 
 
 def narrowed(values: Floats, dtype: npt.DTypeLike, where: str) -> npt.NDArray[Any]:
-    """Finite values in another type, contiguous.
-
-    A TooLargeError, which starts with `where`, says that one is too large for it.
-    """
+    """Finite values in another type, contiguous; a TooLargeError says that one does not fit."""
     with np.errstate(over="ignore"):
         result = values.astype(dtype, order="C")
     if not np.isfinite(result).all():

@@ -70,9 +70,7 @@ class Decorrelation:
         return channels if matrix is None else _mixed(matrix, channels)
 
     def from_rgb(self, rgb: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        """Channels of linear RGB, shape (3, ...), contiguous: the inverse of :meth:`to_rgb` for
-        colors that are not negative.
-        """
+        """Channels of linear RGB, (3, ...), contiguous: the inverse of :meth:`to_rgb` from 0 up."""
         model = self.model
         if model is ColorModel.RGB:
             return rgb

@@ -37,10 +37,7 @@ Angles = npt.NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class Header:
-    """All that a file says beside its matrices.
-
-    Bytes in texts that are not UTF-8 are lone surrogates.
-    """
+    """All that a file says beside its matrices; bytes that are not UTF-8 are lone surrogates."""
 
     width: int
     height: int
@@ -66,9 +63,7 @@ class Header:
 
 @dataclass(frozen=True)
 class Factors:
-    """Where the matrices of one channel lie, U . SxV^T with numbers of a type, stored row by row;
-    `start` is the position of the singular values, which U and then SxV follow.
-    """
+    """Where the matrices U . SxV^T of one channel lie, row by row: singular values, U, then SxV."""
 
     scalar: np.dtype[Any]
     components: int

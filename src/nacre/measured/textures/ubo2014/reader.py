@@ -43,8 +43,8 @@ class Ubo2014Btf(Btf):
         self._scale = 1.0 / self.wi[:, 2] if header.cosine else None
 
     def factors(self, channel: int) -> tuple[_Matrix, _Matrix]:
-        """Matrices of a channel before its color model is undone, as they lie in the file: pairs
-        (n, k) and texels (texels, k), whose inner product is the channel of a texel at a pair.
+        """Matrices of a channel as they lie in the file, pairs (n, k) and texels (texels, k): their
+        inner products are the channel before its color model is undone.
         """
         return self._channels[channel]
 

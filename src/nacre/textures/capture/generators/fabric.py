@@ -111,8 +111,9 @@ class Fabric(Generator):
             albedo = self._mixed(albedo, chances)
         height, albedo = height / self.strands, albedo * shade[..., None]
         if self.strays:
+            radius = 0.2 * self.thickness / (self.strands * max(self.fibers, 4))
             height, hair, azimuths = strays(
-                random, height, self.strays, self.stray_length / self.strands, self._hair,
+                random, height, self.strays, self.stray_length / self.strands, radius,
                 0.4 * self.strands, 0.12 / self.strands,
             )  # fmt: skip
             paint = linear(self.warp + self.weft)
@@ -122,11 +123,6 @@ class Fabric(Generator):
             direction = np.where(hair < 0, direction, azimuths[hair])
         rough = self.along, self.across
         return cover(height, albedo, self.specular, *rough, direction, self.tint)
-
-    @property
-    def _hair(self) -> float:
-        """Radius of stray fibers in periods."""
-        return 0.2 * self.thickness / (self.strands * max(self.fibers, 4))
 
     def _wander(self, random: np.random.Generator, size: int) -> Floats:
         """How far strands are from where they should be, in periods."""

@@ -66,9 +66,7 @@ class _Plan:
     picks: Picks
     group: int
     entries: Entries
-
-    def count(self, directions: tuple[Floats, Floats]) -> int:
-        return len(directions[0]) if self.entries is None else len(self.entries)
+    pairs: int  # that are read
 
 
 class TexelStream:
@@ -179,12 +177,13 @@ class TexelStream:
             group = self._groups[picks[0, 0]]
             pairs = len(self.directions[group][0])
             entries = None if self._entries is None else self._entries(step, pairs)
-            needed = 12 * len(picks) * (pairs if entries is None else len(entries))
+            pairs = pairs if entries is None else len(entries)
+            needed = 12 * len(picks) * pairs
             # Two of them are in memory: one is used while the next is read.
             if plan and (index == 0 or used + needed > self._memory // 2):
                 yield plan
                 plan, used = [], 0
-            plan.append(_Plan(picks, group, entries))
+            plan.append(_Plan(picks, group, entries, pairs))
             used += needed
         if plan:
             yield plan
@@ -200,14 +199,9 @@ class TexelStream:
         return [batches[index] for index in random.permutation(len(batches))]
 
     def _read(self, plan: list[_Plan]) -> list[Batch]:
-        found = [
-            Batch(
-                np.empty((len(part.picks), part.count(self.directions[part.group]), 3), np.float32),
-                part.group,
-                part.entries,
-            )
-            for part in plan
-        ]
+        shapes = ((len(part.picks), part.pairs, 3) for part in plan)
+        values = (np.empty(shape, np.float32) for shape in shapes)
+        found = [Batch(v, p.group, p.entries) for v, p in zip(values, plan, strict=True)]
         for file in np.unique([part.picks[:, 0] for part in plan]) if plan else ():
             texture = self._load(self._paths[file])
             for part, batch in zip(plan, found, strict=True):

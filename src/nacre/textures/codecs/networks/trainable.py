@@ -52,20 +52,15 @@ class TrainableNetwork(TexelNetwork):
         """
         if len(_given(steps=steps, minutes=minutes, epochs=epochs)) > 1:
             raise NacreError("steps, minutes and epochs: give one of them")
+        sizes = _given(latent=code_dim, decoder=decoder, decoder_hidden=decoder_hidden)
+        sizes |= _given(pooling=pooling)
         chosen = _given(loss=loss, batch=batch, learning_rate=learning_rate, precision=precision)
         chosen |= {"patience": patience, "seed": seed} | _given(epochs=epochs)
         defaults = cls.recipe_defaults if preset == "default" else {}
         try:
-            settings = cls.settings_type(
-                **_given(
-                    latent=code_dim,
-                    pooling=pooling,
-                    decoder=decoder,
-                    decoder_hidden=decoder_hidden,
-                )
-            )
-            settings_given = {**defaults, **cls.training_defaults, **chosen}
-            training = TrainingRecipe.named(preset, **settings_given)
+            settings = cls.settings_type(**sizes)
+            chosen = {**defaults, **cls.training_defaults, **chosen}
+            training = TrainingRecipe.named(preset, **chosen)
         except (TypeError, ValueError) as error:
             raise NacreError(reason(error)) from error
         return NetworkRecipe(settings, training, steps, minutes, device)
