@@ -161,7 +161,7 @@ def test_what_is_not_read_is_refused_by_name(tmp_path, old, new, words) -> None:
 def test_resolutions(tmp_path) -> None:
     with pytest.raises(ValueError, match="power of two"):
         radiance.Resolution(100)
-    with pytest.raises(FormatError, match="up to 32 of an anisotropic"):
+    with pytest.raises(FormatError, match="up to 32 for an anisotropic"):
         radiance.save(Shiny(isotropic=False), tmp_path / "x.xml", radiance.Resolution(64))
 
 

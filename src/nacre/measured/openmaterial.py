@@ -29,7 +29,7 @@ from nacre.measured.spectra import to_rgb
 from nacre.measured.specular_nodes import Resolution, bands, directions, spectra
 from nacre.sampling import check_isotropic
 
-VERSION = "1.1.0"  # of the specification that files are written by
+VERSION = "1.1.0"  # of the specification that written files follow
 
 _SIZE_LIMIT = 1 << 28
 _BAND_LIMIT = 1024

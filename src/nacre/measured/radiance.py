@@ -180,7 +180,7 @@ def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> No
         check_isotropic(brdf)
         largest = SIDE if brdf.isotropic else SIDE_ANISOTROPIC
         if resolution is not None and resolution.side > largest and not brdf.isotropic:
-            raise FormatError(f"{path}: resolution: up to {largest} of an anisotropic material")
+            raise FormatError(f"{path}: resolution: up to {largest} for an anisotropic material")
         texts = tabulated(brdf, resolution.side if resolution else largest)
     name = printable(" ".join(brdf.name.split()))
     write_encoded(path, str.encode, document(name, 3 if brdf.isotropic else 4, texts))

@@ -68,7 +68,7 @@ class Resolution:
 
     def __post_init__(self) -> None:
         if self.phi_i < 1 or min(astuple(self)[1:]) < 2:
-            raise ValueError("numbers of nodes are 2 or more, of phi_i 1 or more")
+            raise ValueError("there are 2 or more nodes, 1 or more for phi_i")
         normals = self.azimuths * self.polars
         if normals > _MAX_NORMALS:
             raise ValueError(f"azimuths times polars is at most {_MAX_NORMALS}")

@@ -131,7 +131,7 @@ def _scaled(
     if percent == 0.0:
         return 0.0 * values
     if total < 1e-30 or (factor := 0.01 * percent / total) * np.abs(values).max() > _LARGEST:
-        raise words.error(f"a table has no light to make {percent:g} % of")
+        raise words.error(f"a table reflects nothing, so that it cannot reflect {percent:g} %")
     return factor * values
 
 

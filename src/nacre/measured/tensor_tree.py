@@ -111,7 +111,7 @@ def parse(text: str, rank: int) -> TensorTree:
     for match in _TOKEN.finditer(text):
         token = match[0]
         if root is not None:
-            raise ValueError("goes on behind its end")
+            raise ValueError("goes on after its end")
         if token == "{":
             if frames and not frames[-1][0] and len(values) > frames[-1][1]:
                 raise ValueError("has values and branches in one node")
@@ -151,7 +151,7 @@ def parse(text: str, rank: int) -> TensorTree:
 def _number(token: str) -> float:
     value = float(token) if token.isascii() and "_" not in token else math.nan
     if not abs(value) <= _LARGEST:
-        raise ValueError(f"has {token[:20]!r} for a finite number")
+        raise ValueError(f"has {token[:20]!r} in place of a finite number")
     return value
 
 

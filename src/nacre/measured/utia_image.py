@@ -86,8 +86,8 @@ def save_exr(brdf: Brdf, path: PathLike) -> None:
 def _check_size(path: PathLike, header: ImageHeader) -> None:
     if (header.width, header.height) != (_EDGE, _EDGE):
         raise FormatError(
-            f"{path}: has {header.width} x {header.height} pixels; of images, only UTIA tables of "
-            f"{_EDGE} x {_EDGE} are materials"
+            f"{path}: has {header.width} x {header.height} pixels; the only images that are "
+            f"materials are UTIA tables of {_EDGE} x {_EDGE}"
         )
 
 

@@ -64,7 +64,7 @@ class Words:
             raise self.error(f"{name}: must increase from 0 to up to {limit:g} degrees")
 
     def end(self, *allowed: str) -> None:
-        """Refuse words behind the last table, but for some."""
+        """Refuse words after the last table, but for some."""
         for line, word in self._words:
             if word.lower() not in allowed:
-                raise self.error(f"line {line}: {word[:40]!r} behind the last table")
+                raise self.error(f"line {line}: {word[:40]!r} after the last table")

@@ -22,7 +22,7 @@ REACH = 3.5
 
 _LARGEST = 1e9
 _SAMPLED = 1 << 13  # texels, about, that the axes are found from
-_RIDGE = 1e-6  # of the mean: no direction of codes counts less
+_RIDGE = 1e-6  # times the mean: no direction of codes counts less
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class CompactCodes:
             raise ValueError(f"codes of {size} values in {shape[2]} bytes")
         for array in (self.axes, self.center):
             if array.dtype != np.float32 or not np.abs(array).max() <= _LARGEST:
-                raise ValueError(f"axes of codes are no single numbers of up to {_LARGEST:g}")
+                raise ValueError(f"axes of codes are not float32 numbers up to {_LARGEST:g}")
 
     @property
     def codes(self) -> npt.NDArray[np.float32]:

@@ -81,7 +81,7 @@ _COLOR_PAIRS = 64  # pairs of directions whose mean reflectance is the color of 
 class EmbeddingMap:
     """Texels of several textures in the plane; a ValueError says that shapes do not fit."""
 
-    names: tuple[str, ...]  # names of the textures
+    names: tuple[str, ...]  # the textures'
     texture: npt.NDArray[np.int64]  # the texture that each texel comes from, shape (n,)
     xy: npt.NDArray[np.int64]  # column and row of each texel there, shape (n, 2)
     codes: Floats  # shape (n, code_dim)
@@ -93,11 +93,11 @@ class EmbeddingMap:
         count = len(self.texture)
         shapes = [self.texture.shape, self.xy.shape, self.places.shape, self.colors.shape]
         if shapes != [(count,), (count, 2), (count, 2), (count, 3)] or not count:
-            raise ValueError(f"texels are of shapes {shapes}")
+            raise ValueError(f"texels have shapes {shapes}")
         if self.codes.ndim != 2 or len(self.codes) != count:
             raise ValueError(f"codes are {self.codes.shape} for {count} texels")
         if self.texture.min() < 0 or self.texture.max() >= len(self.names):
-            raise ValueError(f"texels are of more than {len(self.names)} textures")
+            raise ValueError(f"texels come from more than {len(self.names)} textures")
 
     @property
     def labels(self) -> list[str]:
@@ -130,7 +130,7 @@ def embed_texels(
     fingerprint = codec_fingerprint(textures[0].codec)
     if onto is not None and fingerprint != onto.fingerprint:
         raise NacreError(
-            f"{names[0]}: was encoded by another model than the textures on the map; encode it anew"
+            f"{names[0]}: was encoded by another model than the map's textures; encode it again"
         )
     random = np.random.default_rng(seed)
     codes, which, xy = [], [], []
@@ -188,9 +188,9 @@ def load_embedding_map(path: PathLike) -> EmbeddingMap:
 def _decode(header: dict[str, Any], tensors: dict[str, npt.NDArray[Any]]) -> EmbeddingMap:
     names, fingerprint = header["names"], header["model"]
     if not isinstance(fingerprint, str) or not isinstance(names, list):
-        raise ValueError("model is no text, or names are no list")
+        raise ValueError("model is not a text, or names are not a list")
     if not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
-        raise ValueError("names are no texts, each once")
+        raise ValueError("names are not distinct texts")
     for name, kind in _TYPES.items():
         if tensors[name].dtype != np.dtype(kind):
             raise ValueError(f"{name} is of type {tensors[name].dtype}, expected {np.dtype(kind)}")

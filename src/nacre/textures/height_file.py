@@ -12,7 +12,7 @@ from nacre.errors import FormatError, reason
 from nacre.io.files import PathLike, atomic_path
 from nacre.io.image_file import bitmaps, read_bitmap
 
-DEPTH = 0.1  # widths of a texture from black to white of height fields that do not tell
+DEPTH = 0.1  # widths of a texture from black to white, where a file does not say
 _EXACT = ".exr"
 
 

@@ -94,7 +94,7 @@ def load_latent_maps(paths: Sequence[Path]) -> list[LatentMap]:
         first = first or fingerprint
         if fingerprint != first:
             raise FormatError(
-                f"{path}: was encoded by another model than {paths[0]}; encode it anew with "
+                f"{path}: was encoded by another model than {paths[0]}; encode it again with "
                 "nacre fit --codec"
             )
         found.append(latent)
@@ -130,7 +130,7 @@ def _decode(path: Path, header: dict[str, Any], tensors: Tensors) -> LatentMap:
     if not isinstance(metadata.get("errors", {}), dict):
         raise ValueError("errors in the metadata are not an object")
     if not isinstance(name, str) or not isinstance(model, dict):
-        raise ValueError("name is no text, or codec no object")
+        raise ValueError("name is not a text, or codec not an object")
     codes = tensors["codes"]
     if codes.dtype == np.uint8:
         codes = CompactCodes(codes, *(tensors[name] for name in _COMPACT)).codes
@@ -149,9 +149,9 @@ def _codec(
         return unpack_codec(model, inside), None
     name, expected = model["file"], model["sha256"]
     if not isinstance(name, str) or not name or PurePath(name).name != name or "\0" in name:
-        raise ValueError(f"codec: file {name!r:.80} is no name of a file")
+        raise ValueError(f"codec: file {name!r:.80} is not the name of a file")
     if not isinstance(expected, str) or not re.fullmatch("[0-9a-f]{64}", expected):
-        raise ValueError("codec: sha256 is no SHA-256 in hexadecimal")
+        raise ValueError("codec: sha256 is not a SHA-256 in hexadecimal")
     beside = path.with_name(name)
     if not beside.exists():
         beside = next((path for path in PRETRAINED.values() if path.name == name), beside)
@@ -216,7 +216,7 @@ def _load_material(path: Path) -> TexelBrdf:
     try:
         return material_of(latent)
     except ValueError as error:
-        raise FormatError(f"{path}: {error}; nacre btf average makes one of it") from error
+        raise FormatError(f"{path}: {error}; nacre btf average turns it into one") from error
 
 
 FORMAT = Format(

@@ -128,7 +128,7 @@ class LatentPyramid:
         rows = _reported(rows, height, progress)
         fill_levels(rows, levels, record)
         if not all(np.isfinite(codes).all() for codes in levels):
-            raise FormatError(f"{latent.name}: some filtered codes are no numbers")
+            raise FormatError(f"{latent.name}: some filtered codes are not finite")
         return cls(tuple(levels))
 
     def __call__(self, uv: npt.NDArray[Any], level: npt.NDArray[Any]) -> Floats:

@@ -96,7 +96,7 @@ def row_pairs(path: PathLike, rows: Rows) -> tuple[Floats, Floats]:
     names = next(form for form in (_VECTORS, _ANGLES, _EACH) if form[0] in columns)
     count = len(rows) ** 2 if names is _EACH else len(rows)
     if count > PAIR_LIMIT:
-        raise FormatError(f"{path}: has {count} pairs of directions, of at most {PAIR_LIMIT}")
+        raise FormatError(f"{path}: has {count} pairs of directions, more than {PAIR_LIMIT}")
     values = np.array([[cell_number(path, *row, name) for name in names] for row in rows])
     lines = [f"line {line}" for line, _ in rows]
     halves = (values, values) if names is _EACH else np.split(values, 2, axis=1)

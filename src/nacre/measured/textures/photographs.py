@@ -55,11 +55,12 @@ def load_photographs(
 
 def _image(path: Path, folder: Path, line: int, name: str) -> Path:
     """Path of an image that is there; it must not leave the folder."""
+    where = f"{path}: line {line}: file {name[:80]!r}"
     relative = PurePosixPath(name.replace("\\", "/"))
     if not name or "\0" in name or relative.is_absolute() or ".." in relative.parts:
-        raise FormatError(f"{path}: line {line}: file {name[:80]!r} is no path within the folder")
+        raise FormatError(f"{where} is not a path within the folder")
     if not (folder / relative).is_file():
-        raise FormatError(f"{path}: line {line}: file {name[:80]!r} is not in {folder}")
+        raise FormatError(f"{where} is not in {folder}")
     return folder / relative
 
 

@@ -85,7 +85,7 @@ def capture_all(
         try:
             stack.enter_context(exclusive(folder / ".lock", wait=False))
         except BlockingIOError:
-            raise FormatError(f"{folder}: another process captures into it; wait for it") from None
+            raise FormatError(f"{folder}: another process is filling it; wait for it") from None
         for part in (folder, folder / "train", folder / "unseen"):
             for path in abandoned(part):
                 path.unlink()
@@ -116,16 +116,16 @@ def _settle(path: Path, settings: Settings, recipes: tuple[Recipe, ...]) -> None
         old = json.loads(data, object_pairs_hook=lambda pairs: current_names(dict(pairs)))
         check_json(old)
     except (ValueError, RecursionError) as error:
-        raise FormatError(f"{path}: is no JSON: {reason(error)}; choose another folder") from error
+        raise FormatError(f"{path}: is not JSON: {reason(error)}; choose another folder") from error
     if not isinstance(old, dict):
-        raise FormatError(f"{path}: is no manifest; choose another folder")
+        raise FormatError(f"{path}: is not a manifest; choose another folder")
     if isinstance(listed := old.get("textures"), dict):
         old["textures"] = {name: _completed(texture) for name, texture in listed.items()}
     for key, value in new.items():
         if old.get(key) != value:
             note = "" if isinstance(value, dict) else f" ({old.get(key)!r}, now {value!r})"
             raise FormatError(
-                f"{path}: {key}: the folder was begun with others{note}; choose another folder"
+                f"{path}: {key}: the folder was started with others{note}; choose another folder"
             )
 
 

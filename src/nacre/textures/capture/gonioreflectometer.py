@@ -31,7 +31,7 @@ from nacre.textures.capture.tracing import photograph, visibility
 STEEPEST = 89.0  # largest polar angle in degrees
 DEPTH = 3  # surface points of the longest paths
 
-_SHADOW_RAYS = 1 << 18  # least number a light, over all triangles
+_SHADOW_RAYS = 1 << 18  # least number per light, over all triangles
 _BAND = 1 << 28  # bytes of values that are worked on at a time
 _VISIBLE = 1 << 30  # bytes of what the triangles see of the lights that are worked on at a time
 _IN_MEMORY = 1 << 31  # values of more bytes lie in a file without a name

@@ -59,12 +59,12 @@ def find(source: PathLike) -> Recipe:
         return known[str(source)]
     path = Path(source)
     if not path.suffix and not path.exists():
-        raise FormatError(f"{source}: is no built-in recipe (fabric01 to wood12) and no file")
+        raise FormatError(f"{source}: is neither a built-in recipe (fabric01 to wood12) nor a file")
     data = read_bytes(path, _LIMIT)
     try:
         content = json.loads(data)
     except (ValueError, RecursionError) as error:
-        raise FormatError(f"{path}: is no JSON: {reason(error)}") from error
+        raise FormatError(f"{path}: is not JSON: {reason(error)}") from error
     try:
         return _parse(path.stem, content)
     except ValueError as error:
@@ -87,7 +87,7 @@ def _parse(name: str, content: Any) -> Recipe:
         raise ValueError("expected an object with family, seed and parameters")
     for key in content:
         if key not in _KEYS:
-            raise ValueError(f"{key[:40]}: is no field of a recipe ({', '.join(_KEYS)})")
+            raise ValueError(f"{key[:40]}: is not a field of a recipe ({', '.join(_KEYS)})")
     family, seed = content.get("family"), content.get("seed", 0)
     if not isinstance(family, str) or family not in GENERATORS:
         known = ", ".join(GENERATORS)

@@ -13,7 +13,7 @@ from typing import Any
 from nacre.compile.compilation import inner
 
 _FAR = 1e30
-_PERIODS = 8  # A ray that has crossed so many periods without meeting anything has left
+_PERIODS = 8  # a ray that has crossed so many periods without meeting anything has left
 
 
 @inner  # type: ignore[untyped-decorator]

@@ -123,7 +123,7 @@ class TexelCodec(Frozen, abc.ABC):
         that changes no weight. A FormatError says that a weight is not finite or too large, or that
         codecs of this kind are not kept in files.
         """
-        raise FormatError(f"a {type(self).__name__} is of no kind that files hold")
+        raise FormatError(f"a {type(self).__name__} cannot be kept in a file")
 
     @classmethod
     def unpack(cls, header: dict[str, Any], tensors: Tensors) -> TexelCodec:
@@ -132,7 +132,7 @@ class TexelCodec(Frozen, abc.ABC):
         Raises a KeyError, TypeError, ValueError, AttributeError or OverflowError if a field is
         missing or bad.
         """
-        raise ValueError(f"a {cls.__name__} is of no kind that files hold")
+        raise ValueError(f"a {cls.__name__} cannot be kept in a file")
 
     def describe(self) -> dict[str, Any]:
         """Sizes of the codec's parts, JSON-able, in the order to print them."""

@@ -54,9 +54,9 @@ def read_mask(path: PathLike) -> Floats:
     """
     path = Path(path)
     if not path.exists():
-        raise FormatError(f"{path}: is no file, nor a named mask ({', '.join(NAMED)})")
+        raise FormatError(f"{path}: is neither a file nor a named mask ({', '.join(NAMED)})")
     if not first_bytes(path).startswith((PNG_MAGIC, JPEG_MAGIC)):
-        raise FormatError(f"{path}: a mask is a PNG or JPEG image of grays")
+        raise FormatError(f"{path}: a mask is a gray PNG or JPEG image")
     pillow = require("PIL.Image", "render")
     try:
         with pillow.open(path, formats=["PNG", "JPEG"]) as image:

@@ -35,7 +35,7 @@ class Quilting:
 
     def __post_init__(self) -> None:
         if self.patch < 2:
-            raise ValueError(f"a patch has at least 2 texels an edge, not {self.patch}")
+            raise ValueError(f"a patch has at least 2 texels per edge, not {self.patch}")
         if not 1 <= self.overlap <= self.patch // 2:
             raise ValueError(
                 f"patches of {self.patch} overlap by 1 to {self.patch // 2} texels, "

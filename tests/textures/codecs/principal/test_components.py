@@ -84,7 +84,7 @@ def test_the_strongest_components_are_a_codec_of_their_own():
     assert fewer.code_dim == 4
     assert fewer.noise == pytest.approx(same.noise, rel=1e-2)
     np.testing.assert_allclose(fewer.variances, same.variances, rtol=1e-3)
-    with pytest.raises(NacreError, match="there are 9 principal components only"):
+    with pytest.raises(NacreError, match="there are only 9 principal components"):
         whole.first(10)
 
 

@@ -62,7 +62,7 @@ class Generator(abc.ABC):
         known = {field.name: field for field in dataclasses.fields(cls)}
         for key in values:
             if key not in known:
-                raise ValueError(f"{key}: is no parameter of {cls.name} ({', '.join(known)})")
+                raise ValueError(f"{key}: is not a parameter of {cls.name} ({', '.join(known)})")
         checked = {k: _checked(k, v, known[k].metadata) for k, v in values.items()}
         return cls(**checked)
 

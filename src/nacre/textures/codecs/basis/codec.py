@@ -67,7 +67,7 @@ class BasisCodec(TexelCodec):
         if (seen, *self.complete.linear.shape) != (2 * count, count, count):
             raise ValueError(f"the network that completes is not for {count} coefficients")
         if self.prior.deviations.shape != (count,) or self.prior.covariance.shape != (count, count):
-            raise ValueError(f"the prior is not of {count} coefficients")
+            raise ValueError(f"the prior is not for {count} coefficients")
 
     @property
     def code_dim(self) -> int:  # type: ignore[override]

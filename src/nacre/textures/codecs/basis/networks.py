@@ -15,7 +15,7 @@ from nacre.numerics.mlp import SILU, AnyLayer, Layer, dense
 
 _CHUNK = 1 << 12  # pairs of directions at a time
 _SHARPEST = 0.005  # added to the sine of half-vector angles, so that their logarithm is bounded
-INPUTS = 12  # of the network
+INPUTS = 12  # values that the network sees
 
 
 class FunctionValues(NamedTuple):

@@ -66,7 +66,7 @@ class _Plan:
     picks: Picks
     group: int
     entries: Entries
-    pairs: int  # that are read
+    pairs: int  # how many are read
 
 
 class TexelStream:
@@ -108,9 +108,9 @@ class TexelStream:
         self._paths, self._load, self._batch, self._seed = paths, load, batch, seed
         self._part = slice(rank * batch // size, (rank + 1) * batch // size)
         self._memory, self._entries = memory, entries
-        self.directions: list[tuple[Floats, Floats]] = []  # every wi and wo that files have
+        self.directions: list[tuple[Floats, Floats]] = []  # every wi and wo in files
         self.examples: list[PathLike] = []  # the first file of each
-        self.names: list[str] = []  # of the materials
+        self.names: list[str] = []  # the materials'
         self._groups: list[int] = []
         self._own: list[Picks] = []
         self._kept: list[Picks] = []

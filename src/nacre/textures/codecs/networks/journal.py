@@ -74,9 +74,9 @@ def _rows(path: Path, step: int) -> list[list[str]]:
         return []
     with path.open(newline="", encoding="utf-8", errors="replace") as file:
         if file.readline(_LINE).rstrip("\r\n") not in ("", ",".join(COLUMNS)):
-            raise NacreError(f"{path}: is no table of a training; move it, or name another output")
+            raise NacreError(f"{path}: is not a training's table; move it, or name another output")
         try:
             rows = [row for row in csv.reader(file) if len(row) == len(COLUMNS)] if step else []
         except csv.Error as error:
-            raise NacreError(f"{path}: is damaged ({error}); move it to begin a new one") from error
+            raise NacreError(f"{path}: is damaged ({error}); move it to start a new one") from error
     return [row for row in rows if _STEP.fullmatch(row[0]) and int(row[0]) <= step]

@@ -95,7 +95,7 @@ def check_sizes(settings: Any) -> None:
 
 def settings_from_json(kind: type[_Settings], found: dict[str, Any]) -> _Settings:
     if set(found) != {field.name for field in fields(kind)}:  # type: ignore[arg-type]
-        raise ValueError(f"settings are {sorted(found)}, others than this nacre knows")
+        raise ValueError(f"settings are {sorted(found)}, not those that this nacre knows")
     values: dict[str, Any] = {}
     for name, value in found.items():
         default = getattr(kind, name)

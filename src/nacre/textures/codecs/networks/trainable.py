@@ -19,7 +19,7 @@ class TrainableNetwork(TexelNetwork):
     training_defaults: ClassVar[Mapping[str, Any]] = {}
     """Settings of a :class:`nacre.textures.codecs.networks.recipe.TrainingRecipe` that the network
     is trained with unless others are given."""
-    recipe_defaults: ClassVar[Mapping[str, Any]] = {}  # more of them, of nacre's own recipe only
+    recipe_defaults: ClassVar[Mapping[str, Any]] = {}  # more of them, for nacre's own recipe
 
     @classmethod
     def recipe(

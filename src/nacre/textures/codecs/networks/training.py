@@ -126,7 +126,7 @@ class _Training:
             self._best = {"loss": float(best["loss"]), "step": int(best["step"])}
             self._best["parameters"] = kept = list(best["parameters"])
             if kept and [p.shape for p in kept] != [p.shape for p in self._parameters]:
-                raise ValueError("the best parameters are of another network")
+                raise ValueError("the best parameters belong to another network")
             self._validation = None if validation is None else float(validation)
             self._step = int(state["step"])
         return self._step
@@ -184,7 +184,7 @@ class _Training:
             self._validate()
             if journal.last != self._step:
                 self._note(journal, self._recipe.rate(1.0), True)
-            # What is interrupted before the caller has written the network goes on from here.
+            # A training interrupted before the caller has written the network resumes here.
             self._save()
         except KeyboardInterrupt:
             self._save()

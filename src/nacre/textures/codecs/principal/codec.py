@@ -63,7 +63,7 @@ class PcaCodec(TexelCodec):
 
     def first(self, code_dim: int) -> PcaCodec:
         if not 1 <= code_dim <= self.code_dim:
-            raise NacreError(f"there are {self.code_dim} principal components only")
+            raise NacreError(f"there are only {self.code_dim} principal components")
         left_out = float(self.variances[code_dim:].sum()) / self.mean.size
         components, variances = self.components[:code_dim], self.variances[:code_dim]
         noise = self.noise + left_out
