@@ -13,8 +13,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats
-
 
 class ColorModel(IntEnum):
     """Number that a file gives for its color model; 2, 5 to 8 are not read."""
@@ -96,12 +94,6 @@ class Decorrelation:
 
 _LOGARITHMIC = ColorModel.YLOG_UV, ColorModel.YLOG_ULOG_VLOG, ColorModel.YLOG_UDIVY_VDIVY
 _MATRICES = dict.fromkeys((ColorModel.YUV, *_LOGARITHMIC), _YUV) | {ColorModel.YCOCG: _YCOCG}
-
-
-def principal_colors(mean: Floats, covariance: Floats) -> Decorrelation:
-    """The model of the principal components of colors; shapes of these are (3,) and (3, 3)."""
-    _, vectors = np.linalg.eigh(covariance)
-    return Decorrelation(ColorModel.PCA, mean, vectors[:, ::-1].T)
 
 
 def _exp(channels: npt.NDArray[np.float32]) -> None:

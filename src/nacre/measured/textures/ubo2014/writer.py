@@ -18,7 +18,7 @@ from nacre.geometry import split, to_spherical
 from nacre.io.files import PathLike, atomic_path
 from nacre.measured.textures.directions import PAIR_LIMIT
 from nacre.measured.textures.transposition import transposed
-from nacre.measured.textures.ubo2014.color_models import ColorModel, Decorrelation, principal_colors
+from nacre.measured.textures.ubo2014.color_models import ColorModel, Decorrelation
 from nacre.measured.textures.ubo2014.header import (
     CHANNELS,
     COMPONENT_LIMIT,
@@ -140,7 +140,8 @@ class _Source:
             products += flat.T @ flat
         count = self.btf.texel_count * self.btf.pair_count
         mean = total / count
-        return principal_colors(mean, products / count - np.outer(mean, mean))
+        _, vectors = np.linalg.eigh(products / count - np.outer(mean, mean))
+        return Decorrelation(ColorModel.PCA, mean, vectors[:, ::-1].T)
 
     def loss(self, other: Btf) -> Loss:
         """How far another texture is from this one; one pass."""
