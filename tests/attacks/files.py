@@ -155,7 +155,7 @@ ATTACKS = {
     "codec-elsewhere": Attack(
         "has a file outside of its folder read as a codec",
         codec_elsewhere,
-        "is no name of a file",
+        "is not the name of a file",
     ),
     "npz-pickle": Attack(
         "runs a function from a pickled array",
@@ -382,12 +382,12 @@ ATTACKS = {
     "list-outside": Attack(
         "lists a photograph outside of its folder",
         photograph_list("../secret.png"),
-        "no path within the folder",
+        "not a path within the folder",
     ),
     "list-absolute": Attack(
         "lists a photograph by an absolute path",
         photograph_list("/etc/passwd"),
-        "no path within the folder",
+        "not a path within the folder",
     ),
     "archive-gzip": Attack(
         "is packed as a whole, so that looking at it unpacks it",

@@ -124,7 +124,7 @@ def test_levels(capsys):
         (("btf", "blend", "felt.safetensors", "model.safetensors"), "is a texture codec"),
         (
             ("btf", "blend", "felt.safetensors", "silk.safetensors", "--mask", "text.npz"),
-            "a mask is a PNG or JPEG image of grays",
+            "a mask is a gray PNG or JPEG image",
         ),
         (("btf", "mipmap", "felt.safetensors", "-o", "x.gif"), "a picture ends in one of"),
         (("btf", "mipmap", "model.safetensors"), "expected an encoded texture"),

@@ -251,7 +251,7 @@ def test_a_table_that_is_no_journal_is_not_written_over(files, tmp_path, capsys)
     for path in (tmp_path / "model.csv", journal):
         path.write_text("sample,weight\n1,2\n")
     assert run(*arguments) == 2
-    assert f"{journal}: is no table of a training" in capsys.readouterr().err
+    assert f"{journal}: is not a training's table" in capsys.readouterr().err
     journal.unlink()
     for _ in range(2):
         assert run(*arguments) == 0

@@ -146,8 +146,9 @@ def test_a_tree_is_evaluated_alike_in_other_libraries(written) -> None:
         (b"{0.1}", b"0.1", "values and branches in one node"),
         (b"{0.1}", b"{" * 20, "more than 12 levels"),
         (b"</Layer>", b"", "is not whole XML"),
-        (b"<WindowElement>", b"<!DOCTYPE a><WindowElement>", "has a document type"),
-        (b"<Layer>", b"<Layer>" + b"<a>" * 40, "within more than 32 others"),
+        (b"<WindowElement>", b"<!DOCTYPE a><WindowElement>", "declares a document type"),
+        (b"<Layer>", b"<Layer>" + b"<a>" * 80, "more than 64 elements within each other"),
+        (b"<Layer>", b"<Layer>" + b"<a/>" * 70_000, "more than 65,536 elements"),
     ],
 )
 def test_what_is_not_read_is_refused_by_name(tmp_path, old, new, words) -> None:
@@ -160,7 +161,7 @@ def test_what_is_not_read_is_refused_by_name(tmp_path, old, new, words) -> None:
 def test_resolutions(tmp_path) -> None:
     with pytest.raises(ValueError, match="power of two"):
         radiance.Resolution(100)
-    with pytest.raises(FormatError, match="up to 32 of an anisotropic"):
+    with pytest.raises(FormatError, match="up to 32 for an anisotropic"):
         radiance.save(Shiny(isotropic=False), tmp_path / "x.xml", radiance.Resolution(64))
 
 

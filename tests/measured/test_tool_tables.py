@@ -207,7 +207,7 @@ def test_the_trapezoidal_rule_knows_a_diffuse_table() -> None:
             "Speos BSDF",
             b"2\t3\n\t0\t90\t180",
             b"2\t3\n\t0\t90\t190",
-            "behind|other angles|must increase",
+            "after the last table|other angles|must increase",
         ),
         ("OpenMATERIAL 3D", b"lookupTable", b"table", "lookupTable: missing"),
         ("OpenMATERIAL 3D", b"[4.5e-07, 0.2, 0.2", b"[4.5e-07, 0.25, 0.2", "other directions"),

@@ -72,7 +72,7 @@ def test_a_map_is_read_as_it_was_written(chart, tmp_path: Path) -> None:
         ("names", ["low", "low"], "each once"),
         ("names", "low", "no list"),
         ("version", 9, "version 9"),
-        ("places", np.zeros((3, 2)), "of shapes"),
+        ("places", np.zeros((3, 2)), "have shapes"),
         ("places", np.full((30, 2), np.nan), "not finite"),
         ("codes", np.zeros((30, 2)), "of type float64"),
         ("xy", np.full((30, 2), -1), "below 0"),

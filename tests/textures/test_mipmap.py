@@ -204,7 +204,7 @@ def test_what_is_wrong_is_named():
         LatentPyramid.build(made, "median")  # type: ignore[arg-type]
     made.codes[1, 2] = np.nan
     for by in ("codes", "reflectance"):
-        with pytest.raises(FormatError, match="felt: some filtered codes are no numbers"):
+        with pytest.raises(FormatError, match="felt: some filtered codes are not finite"):
             LatentPyramid.build(made, by)  # type: ignore[arg-type]
     codes = np.zeros((4, 4, 2), np.float32)
     for levels in ((), (codes,), (codes, codes[:2, :2], codes[:1, :1, :1])):

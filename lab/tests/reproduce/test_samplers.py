@@ -10,7 +10,7 @@ import pytest
 from nacre.analytic.labels import MODELS
 from nacre.errors import FormatError, NacreError
 from nacre.measured.rgl import tabulate
-from nacre.measured.rgl_writer import COMPACT
+from nacre.measured.rgl_writer import Resolution
 from nacre.sampling.parametrizations import PARAMETRIZATIONS
 from nacre_lab.reproduce.samplers import FITTED, PREDICTED, SAMPLERS, find_sampler
 from tests.latent.made import predictor, random_autoencoder, random_basis
@@ -43,7 +43,7 @@ def test_without_a_basis_nothing_is_predicted() -> None:
 
 
 def test_a_table_brings_its_warp_and_others_get_one() -> None:
-    table = tabulate(Glossy(0.2, 0.3, 0.2), COMPACT)
+    table = tabulate(Glossy(0.2, 0.3, 0.2), Resolution(1, 12, 17, 4, 32))
     assert find_sampler("rgl")(table) is table.sampler is find_sampler("own")(table)
     made = find_sampler("rgl")(Glossy(0.2, 0.3, 0.2))
     assert str(made) == str(table.sampler)

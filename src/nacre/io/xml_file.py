@@ -9,17 +9,19 @@ from nacre.errors import FormatError
 from nacre.io.files import PathLike, read_bytes
 
 DEPTH_LIMIT = 64  # most elements within each other
+_ELEMENT_LIMIT = 1 << 16
 
 
 def read_xml(path: PathLike, size_limit: int) -> Element:
     """The root of a file of at most `size_limit` bytes.
 
-    Names with a prefix keep it. The tree takes up to some 50 times the memory of the file. Raises
-    FormatError if the file cannot be read, is not whole XML, is too deep, or declares a document
-    type, which is how entities that expand to gigabytes or to other files come in.
+    Names with a prefix keep it. There are at most 65,536 elements, so that a large file is text.
+    Raises FormatError if the file cannot be read, is not whole XML, is too deep, has too many
+    elements, or declares a document type, which is how entities that expand to gigabytes or to
+    other files come in.
     """
     data = read_bytes(path, size_limit)
-    builder, depth = TreeBuilder(), 0
+    builder, depth, count = TreeBuilder(), 0, 0
     parser = expat.ParserCreate()
     parser.buffer_text = True
 
@@ -27,11 +29,13 @@ def read_xml(path: PathLike, size_limit: int) -> Element:
         raise FormatError(f"{path}: declares a document type (DOCTYPE), which is not read; drop it")
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        nonlocal depth
-        depth += 1
+        nonlocal depth, count
+        depth, count = depth + 1, count + 1
+        where = f"{path}: line {parser.CurrentLineNumber}"
         if depth > DEPTH_LIMIT:
-            where = f"{path}: line {parser.CurrentLineNumber}"
             raise FormatError(f"{where}: more than {DEPTH_LIMIT} elements within each other")
+        if count > _ELEMENT_LIMIT:
+            raise FormatError(f"{where}: more than {_ELEMENT_LIMIT:,} elements")
         builder.start(tag, attributes)
 
     def end(tag: str) -> None:

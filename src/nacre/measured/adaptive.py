@@ -25,40 +25,25 @@ _MIN_COSINE = 1e-6  # and where directions are opposite: rounding may turn the p
 class View(NamedTuple):
     """What depends on `wo` alone."""
 
-    wo: Components
-    """Mirrored into the measured range of azimuths."""
-    signs: tuple[Array, Array]
-    """1 or -1, by which x and y are multiplied to get there and back."""
+    wo: Components  # mirrored into the measured range of azimuths
+    signs: tuple[Array, Array]  # 1 or -1, by which x and y are multiplied to get there and back
     theta: Array
     phi: Array
-    blend: Blend
-    """Slices of the tables."""
+    blend: Blend  # slices of the tables
 
 
 class Point(NamedTuple):
     """Where a pair of directions lies in the tables."""
 
     u: Array
-    v: Array
-    """Point of the measured square."""
-    x: Array
-    """sqrt(2 theta / pi) of the half vector."""
-    y: Array
-    """Azimuth of the half vector / (2 pi) + 1/2, from `wo` if isotropic."""
-    density: Array
-    """Density of `wi` over solid angle if (u, v) is uniform."""
+    v: Array  # point of the measured square
+    x: Array  # sqrt(2 theta / pi) of the half vector
+    y: Array  # azimuth of the half vector / (2 pi) + 1/2, from `wo` if isotropic
+    density: Array  # density of `wi` over solid angle if (u, v) is uniform
 
 
 class AdaptiveWarp(Sampler):
-    """The map between the unit square, half vectors and `wi` for a given `wo`; a sampler.
-
-    Parameters
-    ----------
-    tables
-        A checked tensor file.
-    about
-        What it is, for people.
-    """
+    """The map between the unit square, half vectors and `wi` for a given `wo`; a sampler."""
 
     def __init__(self, tables: RglTables, about: str = "the table's own warp") -> None:
         self._about = about
@@ -92,7 +77,7 @@ class AdaptiveWarp(Sampler):
         return View(wo, signs, theta, phi, blend)
 
     def invert(self, wi: Components, view: View) -> Point:
-        """Point of the measured square that belongs to `wi`."""
+        """The point of the measured square that belongs to `wi`."""
         m = half_vector(_mirrored(wi, view.signs), view.wo)
         xp = namespace(*m)
         theta, phi = to_spherical(m)

@@ -1,6 +1,6 @@
 """Linear interpolation between tables measured at the nodes of a parameter.
 
-Runs on components of any array library, like the formulas that use it.
+Runs on components from any array library, like the formulas that use it.
 """
 
 from __future__ import annotations
@@ -22,13 +22,7 @@ LEAST_KNOWN = 1e-18
 
 
 class Axis:
-    """Nodes of one parameter, increasing.
-
-    Parameters
-    ----------
-    nodes
-        Shape (count,), strictly increasing; a single node makes the parameter irrelevant.
-    """
+    """Nodes of one parameter, strictly increasing; a single one makes the parameter irrelevant."""
 
     def __init__(self, nodes: npt.ArrayLike) -> None:
         self.nodes = Table(nodes)
@@ -69,16 +63,8 @@ def outer(slow: Blend, fast: Blend, fast_count: int) -> Blend:
 def bisect(fetch: Callable[[Array], Array], value: Array, zero: Array, count: int) -> Array:
     """Largest index in [0, count) whose entry is below `value`; 0 where none is.
 
-    Parameters
-    ----------
-    fetch
-        Entry at an index; entries do not decrease.
-    value
-        What to look for.
-    zero
-        Index 0 in the shape and type of the result.
-    count
-        Number of entries; the steps taken depend on nothing else, so they trace into a kernel.
+    `fetch` gives the entry at an index; entries do not decrease. `zero` is index 0 in the shape and
+    type of the result. The steps taken depend on `count` only, so they trace into a kernel.
     """
     xp = namespace(value)
     index = zero

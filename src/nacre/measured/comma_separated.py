@@ -40,11 +40,8 @@ _Array = npt.NDArray[np.float64]
 def load(path: PathLike) -> ScatteredBrdf:
     """Read a ``.csv`` or ``.astm`` file of scattered samples.
 
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, a column or the unit of the angles is missing, a value is not a
-        finite number, or there are not as many samples as the header says.
+    A FormatError says that the file cannot be read, a column or the unit of the angles is missing,
+    a value is not a finite number, or there are not as many samples as the header says.
     """
     lines = read_lines(path, _SIZE_LIMIT)
     header, columns = read_header(path, lines)
@@ -61,37 +58,28 @@ def load(path: PathLike) -> ScatteredBrdf:
     sigma = table[:, columns.names.index(NOISE)] if NOISE in columns.names else None
     if sigma is not None and sigma.min() < 0.0:
         raise FormatError(f"{path}: column {NOISE}: a standard deviation is negative")
-    try:
-        return from_measurement(
-            wi,
-            wo,
-            rgb,
-            header.pop("name", "") or Path(path).stem,
-            isotropic=_flag(path, header, "isotropic"),
-            spectra=spectra,
-            wavelengths=wavelengths,
-            sigma=sigma,
-            facts={f"header {key}": value for key, value in header.items() if key not in _USED}
-            | ({"rows without values": left_out} if left_out else {}),
-        )
-    except FormatError:
-        raise
-    except ValueError as error:
-        raise FormatError(f"{path}: samples: {error}") from error
+    return from_measurement(
+        wi,
+        wo,
+        rgb,
+        header.pop("name", "") or Path(path).stem,
+        where=f"{path}: samples",
+        isotropic=_flag(path, header, "isotropic"),
+        spectra=spectra,
+        wavelengths=wavelengths,
+        sigma=sigma,
+        facts={f"header {key}": value for key, value in header.items() if key not in _USED}
+        | ({"rows without values": left_out} if left_out else {}),
+    )
 
 
 def save(brdf: Brdf, path: PathLike) -> None:
-    """Write samples of any reflectance, whole or not at all.
+    """Write samples of any reflectance, whole or not at all, in degrees, as bands or linear RGB.
 
     The samples of a :class:`ScatteredBrdf` are written as they are: what this function wrote is
     written again byte for byte. Anything else is sampled first (see
-    :func:`nacre.measured.scattered.tabulate`). Angles are in degrees; values are bands where
-    spectra are known, else linear RGB.
-
-    Raises
-    ------
-    FormatError
-        If the path cannot be written, or `brdf` is not known anywhere.
+    :func:`nacre.measured.scattered.tabulate`). A FormatError says that the path cannot be written,
+    or that `brdf` is not known anywhere.
     """
     try:
         scan = brdf if isinstance(brdf, ScatteredBrdf) else tabulate(brdf)
@@ -113,23 +101,10 @@ def save_plan(
 ) -> None:
     """Write pairs of directions whose values are to be filled in, whole or not at all.
 
-    Parameters
-    ----------
-    wi, wo
-        Unit directions to the light and to the viewer, shapes (n, 3).
-    path
-        File to write, `.csv`; :func:`load` reads it once one or more rows have values.
-    name
-        Of the material.
-    header
-        Further lines, without the mark.
-    measured
-        What is known already; its rows come first.
-
-    Raises
-    ------
-    FormatError
-        If the path cannot be written.
+    :func:`load` reads the `.csv` file once one or more rows have values. `wi` and `wo` are unit
+    directions to the light and to the viewer, shape (n, 3); `name` is the material's; `header` has
+    further lines, without the mark. Rows that are `measured` already come first. A FormatError says
+    that the path cannot be written.
     """
     names, values = (list("rgb"), None) if measured is None else _columns(measured)
     blocks = [] if measured is None else [(measured.samples.wi, measured.samples.wo, values)]
@@ -138,7 +113,7 @@ def save_plan(
 
 
 def _columns(scan: ScatteredBrdf) -> tuple[list[str], _Array]:
-    """Names of the columns beside the angles, and their values, one row a sample."""
+    """Names of the columns beside the angles, and their values, one row per sample."""
     samples, wavelengths, spectra = scan.samples, scan.wavelengths, scan.spectra
     if spectra is None or wavelengths is None:
         names, values = list("rgb"), samples.rgb

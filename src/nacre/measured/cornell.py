@@ -34,15 +34,10 @@ _ANGLES = 4
 
 
 def load(path: PathLike) -> ScatteredBrdf:
-    """Read a Cornell ``.brdf`` file.
+    """Read a Cornell ``.brdf`` file, whose comments before the first number name the material.
 
     Spectra become linear Rec. 709 RGB through :func:`nacre.measured.spectra.to_rgb` and stay
     available as `spectra` and `wavelengths`. The material is taken to be isotropic and mirrored.
-
-    Parameters
-    ----------
-    path
-        File to read; its comments before the first number name the material.
     """
     data = read_bytes(path, _SIZE_LIMIT)
     if not data.isascii():
@@ -59,18 +54,16 @@ def load(path: PathLike) -> ScatteredBrdf:
     wi, wo = (join(from_spherical(rows[:, k], rows[:, k + 1])).astype(np.float64) for k in (0, 2))
     spectra = rows[:, _ANGLES:]
     title, remarks = _title(_lines(data))
-    try:
-        return from_measurement(
-            wi,
-            wo,
-            to_rgb(spectra, wavelengths),
-            title or Path(path).stem,
-            spectra=spectra,
-            wavelengths=wavelengths,
-            facts={"remarks": remarks} if remarks else None,
-        )
-    except ValueError as error:
-        raise FormatError(f"{path}: samples: {error}") from error
+    return from_measurement(
+        wi,
+        wo,
+        to_rgb(spectra, wavelengths),
+        title or Path(path).stem,
+        where=f"{path}: samples",
+        spectra=spectra,
+        wavelengths=wavelengths,
+        facts={"remarks": remarks} if remarks else None,
+    )
 
 
 def _lines(data: bytes) -> Iterable[str]:
@@ -79,7 +72,7 @@ def _lines(data: bytes) -> Iterable[str]:
 
 
 def _numbers(lines: Iterable[str]) -> npt.NDArray[np.float64]:
-    """All numbers outside comments; the first word that is none raises a ValueError."""
+    """All numbers outside comments; the first word that is not one raises a ValueError."""
     values = array("d")
     for line in lines:
         values.extend(float(word[0]) for word in re.finditer(r"\S+", line.partition("#")[0]))

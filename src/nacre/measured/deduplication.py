@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Floats
+from nacre.errors import FormatError
 from nacre.measured.scattered import ScatteredBrdf
 
 
@@ -17,6 +18,7 @@ def from_measurement(
     rgb: Floats,
     name: str,
     *,
+    where: str = "",
     isotropic: bool = True,
     spectra: Floats | None = None,
     wavelengths: Floats | None = None,
@@ -26,22 +28,18 @@ def from_measurement(
     """A reflectance from the rows of a file, which may hold more than a reflectance can.
 
     Samples with a direction at or below the horizon, and those negative in every channel (not
-    measured), are left out. Samples of one pair of directions, to a millionth, are averaged; of an
+    measured), are left out. Samples of one pair of directions, to a millionth, are averaged; for an
     isotropic material, so are those that turning and mirroring the surface make one pair: they
-    would hide how far samples are from each other. How many is among the facts that
-    :meth:`ScatteredBrdf.describe` shows.
-
-    Raises
-    ------
-    ValueError
-        If nothing is left.
+    would hide how far samples are from each other. :meth:`ScatteredBrdf.describe` counts them. A
+    :class:`FormatError`, which starts with `where`, says that nothing is left.
     """
     # A direction at 90 degrees comes out of the sine and cosine a rounding error above 0.
     visible = np.minimum(wi[:, 2], wo[:, 2]) > 1e-6
     known = (rgb if spectra is None else spectra).max(axis=1) >= 0.0
     kept = visible & known
     if not kept.any():
-        raise ValueError("no sample is above the horizon and measured")
+        start = f"{where}: " if where else ""
+        raise FormatError(f"{start}no sample is above the horizon and measured")
     pairs = np.concatenate([wi[kept], wo[kept]], axis=1)
     keys = np.round((_rotated(pairs) if isotropic else pairs) * 1e6).astype(np.int64)
     _, first, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
@@ -79,9 +77,8 @@ def from_measurement(
 
 
 def _rotated(pairs: Floats) -> Floats:
-    """Pairs (n, 6) turned to the light's azimuth 0, or the viewer's under a light at the normal.
-
-    y of the viewer comes without its sign: mirroring changes it.
+    """Pairs (n, 6) turned to the light's azimuth 0, or the viewer's under a light at the normal;
+    the viewer's y comes without its sign, which mirroring changes.
     """
     light, view = pairs[:, :3], pairs[:, 3:]
     tilted = np.hypot(light[:, 0], light[:, 1]) > 1e-6

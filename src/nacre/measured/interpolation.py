@@ -15,8 +15,7 @@ import numpy.typing as npt
 from nacre.array import Components, Floats
 from nacre.geometry import half_difference, to_spherical
 
-NEIGHBORS = 16
-"""Samples that take part in an interpolated value."""
+NEIGHBORS = 16  # samples that take part in an interpolated value
 
 _HALF_SCALE, _DIFFERENCE_SCALE, _AZIMUTH_SCALE = 2.0, 1.5, 0.5
 """Weights of the coordinates; see :func:`coordinates`."""
@@ -28,24 +27,13 @@ _REACH = 0.99  # share of the samples that count as known from the others alone
 class Neighbours(NamedTuple):
     """The nearest samples to each of n points, nearest first."""
 
-    distance: Floats
-    """Shape (n, k)."""
-    sample: npt.NDArray[np.int64]
-    """Index of the sample, shape (n, k)."""
-    offset: Floats
-    """From the point to the sample, shape (n, k, coordinates)."""
+    distance: Floats  # shape (n, k)
+    sample: npt.NDArray[np.int64]  # index of the sample, shape (n, k)
+    offset: Floats  # from the point to the sample, shape (n, k, coordinates)
 
 
 class SampleTree:
-    """Search tree over the :func:`coordinates` of samples.
-
-    Parameters
-    ----------
-    wi, wo
-        Directions to the light and to the viewer, n of each.
-    isotropic, mirrored
-        As for :func:`coordinates`.
-    """
+    """Search tree over the :func:`coordinates` of n samples."""
 
     def __init__(self, wi: Components, wo: Components, isotropic: bool, mirrored: bool) -> None:
         from scipy.spatial import cKDTree
@@ -72,16 +60,10 @@ def logarithms(f: Floats) -> Floats:
 
 
 def interpolate(near: Neighbours, logs: Floats) -> Floats:
-    """f_r in 1/sr, shape (n, channels), of the weighted plane through the neighbors of n points.
+    """f_r in 1/sr, shape (n, channels), on the weighted plane through the neighbors of n points.
 
-    It is kept within the range of these neighbors.
-
-    Parameters
-    ----------
-    near
-        The neighbors.
-    logs
-        :func:`logarithms` of all samples, shape (samples, channels).
+    It is kept within the range of these neighbors. `logs` are the :func:`logarithms` of all
+    samples, shape (samples, channels).
     """
     values = logs[near.sample]
     scale = near.distance[:, -1:] + 1e-12
@@ -99,12 +81,12 @@ def interpolate(near: Neighbours, logs: Floats) -> Floats:
 
 
 def coordinates(wi: Components, wo: Components, isotropic: bool, mirrored: bool) -> Floats:
-    """Points between which samples are interpolated, one row a pair of directions.
+    """Points between which samples are interpolated, one row per pair of directions.
 
     Isotropic: sqrt(theta_h), dense near the mirror direction as in the MERL tables; theta_d; and
     sin theta_h sin theta_d times (cos phi_d, sin phi_d), or |sin phi_d| if `mirrored`: the azimuth
-    of d means less the nearer h or d is to its pole. Anisotropic: sqrt(theta_h) times
-    (cos phi_h, sin phi_h), and d.
+    of d means less the nearer h or d is to its pole. Anisotropic: sqrt(theta_h) times (cos phi_h,
+    sin phi_h), and d.
     """
     light, view = ([np.asarray(c, np.float64) for c in w] for w in (wi, wo))
     h, d = half_difference((light[0], light[1], light[2]), (view[0], view[1], view[2]))

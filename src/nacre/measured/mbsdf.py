@@ -33,10 +33,7 @@ _TRANSMISSION = b"MBSDF_DATA_TRANSMISSION=\n"
 def load(path: PathLike) -> MbsdfBrdf:
     """Read an MDL ``.mbsdf`` file, whose name becomes the material's.
 
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, holds transmission or nothing, or is damaged.
+    A FormatError says that it cannot be read, holds transmission or nothing, or is damaged.
     """
     reader = BinaryReader(read_bytes(path, SIZE_LIMIT), path)
     if not _recognize(bytes(reader.data[: len(MAGIC)])):
@@ -54,7 +51,7 @@ def load(path: PathLike) -> MbsdfBrdf:
 
 
 def _text(reader: BinaryReader) -> tuple[str, ...]:
-    """The lines before the first block, which is of reflectance; goes on behind its first line."""
+    """The lines before the first block, which holds reflectance; moves behind its first line."""
     lines: list[str] = []
     reader.position = len(MAGIC)
     while True:
@@ -88,20 +85,11 @@ def _block(reader: BinaryReader) -> npt.NDArray[np.float32]:
 
 
 def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:
-    """Write an MDL ``.mbsdf`` file, whole or not at all.
+    """Write an MDL ``.mbsdf`` file of an isotropic reflectance, whole or not at all.
 
-    An :class:`MbsdfBrdf` is written as it is, negative values and lines of text included: what this
-    function wrote comes back byte for byte. Anything else is tabulated first (see
-    :func:`nacre.measured.mbsdf_writer.tabulate`).
-
-    Parameters
-    ----------
-    brdf
-        Isotropic.
-    path
-        File to write.
-    resolution
-        Of the table; where it is given, an :class:`MbsdfBrdf` is tabulated anew.
+    An :class:`MbsdfBrdf` is written as it is, negative values and lines of text included, unless a
+    resolution is given: what this function wrote comes back byte for byte. Anything else is
+    tabulated first (see :func:`nacre.measured.mbsdf_writer.tabulate`).
     """
     table = brdf if isinstance(brdf, MbsdfBrdf) and not resolution else tabulate(brdf, resolution)
     _, theta, phi, channels = table.stored.shape

@@ -17,32 +17,21 @@ from nacre.geometry import to_spherical
 from nacre.measured.axis import Blend, cell, outer
 from nacre.sampling import LobeSampledBrdf
 
-SIZE_LIMIT = 1 << 30
-"""Bytes of the largest file."""
-TEXT_LIMIT = 1 << 16
-"""Bytes of the lines of text at the start of a file."""
+SIZE_LIMIT = 1 << 30  # bytes of the largest file
+TEXT_LIMIT = 1 << 16  # bytes of the lines of text at the start of a file
 NODE_LIMIT = 1024
 
 
 @dataclass(frozen=True)
 class Resolution:
-    """Numbers of nodes of a table; a file takes 12 theta^2 phi bytes.
+    """Numbers of nodes of a table, 1 to 1024 each; a file takes 12 theta^2 phi bytes.
 
-    Parameters
-    ----------
-    theta
-        Polar angles of the light, and as many of the view, 1 to 1024.
-    phi
-        Azimuths of the view from the light over half a turn, 1 to 1024.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range, or the file would be larger than :func:`load` reads.
+    A ValueError says that a number is out of range, or the file would be larger than :func:`load`
+    reads.
     """
 
-    theta: int = 45
-    phi: int = 90
+    theta: int = 45  # polar angles of the light, and as many of the view
+    phi: int = 90  # azimuths of the view from the light over half a turn
 
     def __post_init__(self) -> None:
         if not all(1 <= nodes <= NODE_LIMIT for nodes in astuple(self)):
@@ -54,25 +43,11 @@ class Resolution:
 class MbsdfBrdf(LobeSampledBrdf):
     """A reflectance tabulated over the polar angles of light and view and the azimuth between.
 
-    Values are linear in the three angles between the centers of cells and constant beyond the
-    outer centers: what the MDL SDK's examples, in `texture_support_cuda.h`, have the filter of a
-    texture do. The table need not be reciprocal.
-
-    Parameters
-    ----------
-    stored
-        Shape (theta_in, theta_out, phi, 3), or (..., 1) where it is gray: f_r in 1/sr, with as many
-        theta_in, of the light, as theta_out. Kept as float32; may be negative where a measurement
-        is.
-    name
-        Name of the material.
-    remarks
-        Lines of text of the file, without their ends.
-
-    Raises
-    ------
-    ValueError
-        If `stored` has another shape.
+    Values are linear in the three angles between the centers of cells and constant beyond the outer
+    centers, as in the MDL SDK's examples, `texture_support_cuda.h`. The table need not be
+    reciprocal. `stored` has the shape (theta_in, theta_out, phi, 3), or (..., 1) where it is gray,
+    with as many theta_in, the light's, as theta_out, else it is a ValueError: f_r in 1/sr, float32,
+    below 0 where a measurement is. `remarks` are lines of text in the file.
     """
 
     isotropy_known = True
@@ -91,7 +66,6 @@ class MbsdfBrdf(LobeSampledBrdf):
 
     @property
     def stored(self) -> npt.NDArray[np.float32]:
-        """As given, in float32."""
         return self._nodes.values
 
     @property

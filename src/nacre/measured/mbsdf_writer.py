@@ -1,10 +1,10 @@
 """Any isotropic reflectance on the grid of an MDL file.
 
-A value taken at the center of each cell would miss a narrow highlight or widen it. Those that are
-found here minimize the Kullback-Leibler divergence of what :class:`MbsdfBrdf` interpolates from
-f_r cos(theta_i) cos(theta_o), over points within the cells, by the multiplicative steps of
-Richardson 1972, "Bayesian-Based Iterative Method of Image Restoration", and Lucy 1974, "An
-Iterative Technique for the Rectification of Observed Distributions": none becomes negative.
+A value taken at the center of each cell would miss a narrow highlight or widen it. The values found
+here minimize the Kullback-Leibler divergence of what :class:`MbsdfBrdf` interpolates from f_r
+cos(theta_i) cos(theta_o), over points within the cells, by the multiplicative steps of Richardson
+1972, "Bayesian-Based Iterative Method of Image Restoration", and Lucy 1974, "An Iterative Technique
+for the Rectification of Observed Distributions": none becomes negative.
 """
 
 from __future__ import annotations
@@ -35,25 +35,14 @@ _Single = npt.NDArray[np.float32]
 
 
 def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> MbsdfBrdf:
-    """Any isotropic reflectance on a grid like that of an MDL file.
+    """Any isotropic reflectance on a grid like that of an MDL file; see :class:`Resolution`.
 
     Points where `brdf` is not known or not finite do not count; a node that only such points are
     around is 0. Azimuths are on both sides of the light in turn. The table of a material that is
     reciprocal by construction is so too.
 
-    Parameters
-    ----------
-    brdf
-        Isotropic.
-    resolution
-        Of the grid; the default of :class:`Resolution` where None.
-
-    Raises
-    ------
-    FormatError
-        If `brdf` is anisotropic.
-    NacreError
-        If it says that it is isotropic and is not.
+    Raises a FormatError if `brdf` is anisotropic, and a NacreError if it only says that it is
+    isotropic.
     """
     if not brdf.isotropic:
         raise FormatError(f"{brdf.name or 'this material'}: MDL holds isotropic reflectance only")
@@ -89,7 +78,6 @@ def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> MbsdfBrdf:
 
 
 def _points(count: int, finest: int) -> Floats:
-    """Even points in `count` cells of width 1."""
     return (np.arange(count * finest) + 0.5) / finest
 
 
@@ -108,10 +96,7 @@ def _averages(blends: _Single, measure: Floats) -> _Single:
 
 
 def _values(brdf: Brdf, theta: Floats, phi: Floats) -> tuple[_Single, npt.NDArray[np.bool_]]:
-    """f_r, 0 where it is not known, and where it is.
-
-    Shapes (theta_in, theta_out, phi, 3) and (..., 1); angles in radians.
-    """
+    """f_r, 0 where it is not known, and where it is: (theta_in, theta_out, phi, 3) and (..., 1)."""
     shape = len(theta), len(theta), len(phi)
     f_r, known = np.empty((*shape, 3), np.float32), np.empty((*shape, 1), bool)
     wo = join(from_spherical(theta[:, None], phi)).astype(np.float32)
@@ -128,12 +113,8 @@ def _gathered(
 ) -> _Single:
     """Averages around nodes, of values given for one polar angle of the light at a time.
 
-    Parameters
-    ----------
-    values
-        Shape (theta_out, phi, channels) at the points, for the number of a polar angle.
-    polar, azimuths
-        As :func:`_averages` gives them.
+    Values have shape (theta_out, phi, channels) at the points, for the number of a polar angle; for
+    `polar` and `azimuths` see :func:`_averages`.
     """
     found: _Single | None = None
     near = csr_array(polar)  # few points are around a node

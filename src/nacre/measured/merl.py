@@ -1,4 +1,4 @@
-"""Materials of the MERL BRDF database and tables of the same layout.
+"""Materials of the MERL BRDF database and tables with the same layout.
 
 Matusik, Pfister, Brand and McMillan 2003, "A Data-Driven Reflectance Model". A file holds three
 little-endian int32 node counts (theta_h, theta_d, phi_d: 90, 90, 180), then the float64 values of
@@ -6,9 +6,9 @@ red, of green and of blue, phi_d varying fastest. Nielsen, Jensen and Ramamoorth
 theirs in the same layout. Files with float32 or float16 in place of float64 are read too: the
 length of a file tells which it is.
 
-Node (i, j, k) stands at theta_h = (i / 90)^2 pi / 2, theta_d = (j / 90) pi / 2 and
-phi_d = (k / 180) pi: the lower corner of the bin to which the database's own reader assigns it. A
-negative value marks a sample that was not measured.
+Node (i, j, k) stands at theta_h = (i / 90)^2 pi / 2, theta_d = (j / 90) pi / 2 and phi_d = (k /
+180) pi: the lower corner of the bin to which the database's own reader assigns it. A negative value
+marks a sample that was not measured.
 """
 
 from __future__ import annotations
@@ -43,17 +43,10 @@ _HORIZON = 1e-6  # a node with a direction no higher (cosine) has no reflectance
 
 @dataclass(frozen=True)
 class Resolution:
-    """Numbers of nodes of a table; a file takes 24 bytes for each of their product.
+    """Numbers of nodes of a table, 1 to 1024 per angle; a file takes 24 bytes for each of their
+    product.
 
-    Parameters
-    ----------
-    theta_h, theta_d, phi_d
-        Nodes of each angle, 1 to 1024; those of the database by default.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range, or :func:`load` would not read the table.
+    A ValueError says that a number is out of range, or that :func:`load` would not read the table.
     """
 
     theta_h: int = 90
@@ -70,7 +63,6 @@ class Resolution:
 
     @property
     def dimensions(self) -> tuple[int, int, int]:
-        """The three numbers."""
         return self.theta_h, self.theta_d, self.phi_d
 
 
@@ -79,8 +71,8 @@ def node_directions(
 ) -> tuple[Components, Components]:
     """Directions (wi, wo) of the nodes with phi_h = 0; either may lie below the horizon.
 
-    Components have shapes that broadcast to (rows, theta_d, phi_d), float64; `rows` are those of
-    theta_h that are asked for.
+    Components have shapes that broadcast to (rows, theta_d, phi_d), float64; `rows` choose from
+    theta_h.
     """
     n_h, n_d, n_p = resolution.dimensions
     theta_h = ((np.arange(n_h)[rows] / n_h) ** 2 * (math.pi / 2.0))[:, None, None]
@@ -90,25 +82,14 @@ def node_directions(
 
 
 def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> MerlBrdf:
-    """Any isotropic reflectance on a grid like that of the MERL database.
+    """Any isotropic reflectance on a grid like that of the MERL database, which is the default.
 
     Nodes at or below the horizon, and those where `brdf` is not known or not finite, become
     invalid. The table can hold one value for a pair of directions and its exchange: it takes f_r
     with the difference vector, which points to the light, at phi_d in [0, pi).
 
-    Parameters
-    ----------
-    brdf
-        Isotropic.
-    resolution
-        Of the grid; the database's where None.
-
-    Raises
-    ------
-    FormatError
-        If `brdf` is anisotropic.
-    NacreError
-        If it says that it is isotropic and is not.
+    Raises a FormatError if `brdf` is anisotropic, and a NacreError if it only says that it is
+    isotropic.
     """
     if not brdf.isotropic:
         raise FormatError(f"{brdf.name or 'this material'}: MERL holds isotropic reflectance only")
@@ -126,20 +107,10 @@ def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> MerlBrdf:
 
 
 def load(path: PathLike, interpolation: Interpolation = "trilinear") -> MerlBrdf:
-    """Read a MERL ``.binary`` file.
+    """Read a MERL ``.binary`` file, whose name becomes the material's; see :class:`MerlBrdf`.
 
-    Parameters
-    ----------
-    path
-        File to read; its name becomes the material's.
-    interpolation
-        See :class:`MerlBrdf`.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, its length is not what its header says with float64, float32
-        or float16 values, or a value is not finite.
+    A FormatError says that the file cannot be read, its length is not what its header says with
+    float64, float32 or float16 values, or a value is not finite.
     """
     data = read_bytes(path, _SIZE_LIMIT)
     if len(data) < _HEADER.size:
@@ -158,25 +129,16 @@ def load(path: PathLike, interpolation: Interpolation = "trilinear") -> MerlBrdf
 
 
 def as_table(brdf: Brdf, resolution: Resolution | None) -> MerlBrdf:
-    """A table that is to be written: a :class:`MerlBrdf` itself, unless a resolution is given."""
+    """The table to write: a :class:`MerlBrdf` itself, unless a resolution is given."""
     return brdf if isinstance(brdf, MerlBrdf) and resolution is None else tabulate(brdf, resolution)
 
 
 def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:
-    """Write a MERL ``.binary`` file, whole or not at all.
+    """Write a MERL ``.binary`` file of an isotropic reflectance, whole or not at all.
 
-    A :class:`MerlBrdf` is written as it is, to float32 precision, invalid samples included: what
-    this function wrote comes back byte for byte. Anything else is tabulated first (see
-    :func:`tabulate`).
-
-    Parameters
-    ----------
-    brdf
-        Isotropic.
-    path
-        File to write.
-    resolution
-        Of the table; where it is given, a :class:`MerlBrdf` is tabulated anew.
+    A :class:`MerlBrdf` is written as it is, to float32 precision, invalid samples included, unless
+    a resolution is given: what this function wrote comes back byte for byte. Anything else is
+    tabulated first (see :func:`tabulate`).
     """
     merl = as_table(brdf, resolution)
     with atomic_path(path) as temporary, temporary.open("wb") as file:

@@ -29,23 +29,11 @@ class MerlBrdf(LobeSampledBrdf):
     With ``"trilinear"`` interpolation, values are linear in (sqrt(theta_h), theta_d, phi_d) between
     nodes, constant beyond the last nodes of the polar angles, and periodic in phi_d. Nodes without
     a valid sample do not take part: the others' weights are scaled up, and the result counts as
-    valid only if every node with weight is valid. With ``"nearest"``, the node below, as the
-    database's own reader does it. Where no node is valid, f_r is 0.
+    valid only if every node with weight is valid. With ``"nearest"``, the node below, as in the
+    database's own reader. Where no node is valid, f_r is 0.
 
-    Parameters
-    ----------
-    stored
-        Shape (3, theta_h, theta_d, phi_d): values as in a file, before :data:`SCALES`; a sample is
-        invalid if any channel is negative. Kept as float32.
-    name
-        Name of the material.
-    interpolation
-        ``"trilinear"`` or ``"nearest"``.
-
-    Raises
-    ------
-    ValueError
-        If `stored` has another shape or `interpolation` another value.
+    `stored` has the shape (3, theta_h, theta_d, phi_d), else it is a ValueError: values as in a
+    file, before :data:`SCALES`, kept as float32; a sample is invalid if any channel is negative.
     """
 
     isotropy_known = True
@@ -64,7 +52,6 @@ class MerlBrdf(LobeSampledBrdf):
 
     @property
     def dimensions(self) -> tuple[int, int, int]:
-        """Node counts in theta_h, theta_d and phi_d."""
         theta_h, theta_d, phi_d, _ = self._nodes.values.shape
         return theta_h, theta_d, phi_d
 

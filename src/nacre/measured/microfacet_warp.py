@@ -23,17 +23,9 @@ _UNIFORM = 0.01  # share of normals of any direction: what is reflected anywhere
 def microfacet_sampler(brdf: Brdf, resolution: Resolution | None = None) -> AdaptiveWarp:
     """Visible normals by power iteration, as tables of views; the density is that of the tables.
 
-    Parameters
-    ----------
-    brdf
-        Isotropic or not.
-    resolution
-        As for :func:`nacre.measured.rgl_writer.tabulate_tables`; the square does not matter.
-
-    Raises
-    ------
-    FormatError
-        If `brdf` is anisotropic and the azimuths of the view too few for it.
+    For `resolution` see :func:`nacre.measured.rgl_writer.tabulate_tables`; the square does not
+    matter. A FormatError says that `brdf` is anisotropic and the azimuths of the view too few for
+    it.
     """
     nodes, phi_i, theta_i = view_nodes(brdf, resolution)
     grid = NormalGrid(nodes.azimuths, nodes.polars, brdf.isotropic)

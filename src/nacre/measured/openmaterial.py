@@ -29,8 +29,7 @@ from nacre.measured.spectra import to_rgb
 from nacre.measured.specular_nodes import Resolution, bands, directions, spectra
 from nacre.sampling import check_isotropic
 
-VERSION = "1.1.0"
-"""Of the specification that files are written by."""
+VERSION = "1.1.0"  # of the specification that written files follow
 
 _SIZE_LIMIT = 1 << 28
 _BAND_LIMIT = 1024
@@ -46,13 +45,9 @@ _SPACE = uuid.UUID("9a1f43f2-6f0c-4c8c-9d9f-0d2d6b7f6a10")
 def load(path: PathLike) -> ScatteredBrdf:
     """Read a ``_brdf.xompt`` file of scattered samples.
 
-    Samples must be the same directions at every wavelength. Rows with a null are left out.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, is not JSON, is another look-up table, or a value is missing or
-        out of range.
+    Samples must be at the same directions for every wavelength. Rows with a null are left out. A
+    FormatError says that the file cannot be read, is not JSON or is another look-up table, or that
+    a value is missing or out of range.
     """
     content = _read(path)
     metadata = content.get("metadata")
@@ -66,23 +61,21 @@ def load(path: PathLike) -> ScatteredBrdf:
     wavelengths, angles, values = _matrix(path, rows)
     theta_i, theta_o, phi = angles.T
     wi, wo = join(from_spherical(theta_i, 0.0 * phi)), join(from_spherical(theta_o, phi))
-    facts = {key: metadata[key] for key in ("sources", "license") if key in metadata}
+    known = [key for key in ("sources", "license") if key in metadata]
+    facts: dict[str, Any] = {key: printable(str(metadata[key])[:200]) for key in known}
     name = metadata.get("name")
-    try:
-        return from_measurement(
-            wi.astype(np.float64),
-            wo.astype(np.float64),
-            to_rgb(values, wavelengths),
-            printable(name)
-            if isinstance(name, str) and name
-            else Path(path).stem.removesuffix("_brdf"),
-            spectra=values,
-            wavelengths=wavelengths,
-            facts={key: printable(str(value)[:200]) for key, value in facts.items()}
-            | {"dropped as null": nulls},
-        )
-    except ValueError as error:
-        raise FormatError(f"{path}: lookupTable: {error}") from error
+    if not isinstance(name, str) or not name:
+        name = Path(path).stem.removesuffix("_brdf")
+    return from_measurement(
+        wi.astype(np.float64),
+        wo.astype(np.float64),
+        to_rgb(values, wavelengths),
+        printable(name),
+        where=f"{path}: lookupTable",
+        spectra=values,
+        wavelengths=wavelengths,
+        facts=facts | {"dropped as null": nulls},
+    )
 
 
 def _read(path: PathLike) -> dict[str, Any]:
@@ -126,8 +119,8 @@ def _rows(path: PathLike, table: list[Any]) -> tuple[Floats, int]:
 
 def _matrix(path: PathLike, rows: Floats) -> tuple[Floats, Floats, Floats]:
     """Wavelengths in nm (b,), angles (n, 3), and values (n, b)."""
-    wavelengths, band = np.unique(rows[:, 0], return_inverse=True)
-    if wavelengths[0] < 1e-9 or len(wavelengths) > _BAND_LIMIT:
+    wavelengths, band = np.unique(1e9 * rows[:, 0], return_inverse=True)
+    if rows[:, 0].min() < 1e-9 or len(wavelengths) > _BAND_LIMIT:
         limits = f"1 to {_BAND_LIMIT} wavelengths from 1e-09 m"
         raise FormatError(f"{path}: lookupTable: expected {limits}")
     order = np.lexsort((rows[:, 3], rows[:, 2], rows[:, 1], band))
@@ -135,29 +128,20 @@ def _matrix(path: PathLike, rows: Floats) -> tuple[Floats, Floats, Floats]:
     sorted_rows = rows[order]
     if count * len(wavelengths) == len(rows):
         parts = sorted_rows.reshape(len(wavelengths), count, _COLUMNS)
-        if (parts[:, :, 0] == wavelengths[:, None]).all() and np.allclose(
+        if (1e9 * parts[:, :, 0] == wavelengths[:, None]).all() and np.allclose(
             parts[:, :, 1:4], parts[:1, :, 1:4], rtol=0.0, atol=_SLACK
         ):
-            return 1e9 * wavelengths, parts[0, :, 1:4], np.ascontiguousarray(parts[:, :, 4].T)
+            return wavelengths, parts[0, :, 1:4], np.ascontiguousarray(parts[:, :, 4].T)
     raise FormatError(f"{path}: lookupTable: has other directions at every wavelength; not read")
 
 
 def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:
-    """Write a ``.xompt`` file, whole or not at all.
+    """Write a ``.xompt`` file of an isotropic reflectance, whole or not at all.
 
     Samples of a scan that was read are written as they are, if it has spectra and no resolution is
-    given. Anything else is sampled first, in the bands that
+    given. Anything else is sampled first, where it is known, in the bands that
     :func:`nacre.measured.specular_nodes.spectra` gives. Material files (``.xomp``) refer to names
     that end in ``_brdf.xompt`` only.
-
-    Parameters
-    ----------
-    brdf
-        Isotropic; directions where it is not known are left out.
-    path
-        File to write.
-    resolution
-        Of the directions; see :class:`Resolution`.
     """
     wi: Floats
     wo: Floats
@@ -203,10 +187,7 @@ def _sampled(brdf: Brdf, resolution: Resolution) -> tuple[Floats, Floats, Floats
 
 
 def _angles(wi: Floats, wo: Floats) -> Floats:
-    """Zenith angles of incidence and exit, and the azimuth between, to 1e-6 rad; shape (n, 3).
-
-    The azimuth is 0 where there is none.
-    """
+    """Zenith angles of incidence and exit, and the azimuth between or 0, to 1e-6 rad; (n, 3)."""
     (theta_i, phi_i), (theta_o, phi_o) = (to_spherical(split(w)) for w in (wi, wo))
     angles = np.stack([theta_i, theta_o, np.mod(phi_o - phi_i, 2.0 * math.pi)], axis=1)
     angles = np.floor(1e6 * angles + 0.5) / 1e6

@@ -14,7 +14,8 @@ back of WINDOW 6.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from nacre.errors import FormatError, printable
 from nacre.geometry import azimuth
 from nacre.io.files import PathLike, first_bytes, write_encoded
 from nacre.io.format import Format
+from nacre.io.xml_file import read_xml
 from nacre.measured import tensor_tree
 from nacre.measured.radiance_writer import (
     SIDE,
@@ -34,26 +36,20 @@ from nacre.measured.radiance_writer import (
     tabulated,
 )
 from nacre.measured.tensor_tree import TensorTree, disk_to_square
-from nacre.measured.window_xml import Block, read_layer
 from nacre.sampling import LobeSampledBrdf, check_isotropic
 
 _RANKS = {"tensortree3": 3, "tensortree4": 4}
 _FROM_XYZ = np.linalg.inv(rgb_to_xyz_matrix(RADIANCE_PRIMARIES))
 _LARGEST = 1e35  # luminance whose color is finite
+_SIZE_LIMIT = 1 << 28
+_NAME_LIMIT = 200
 
 
 class RadianceBrdf(LobeSampledBrdf):
-    """A reflectance in tensor trees.
+    """A reflectance in tensor trees; with trees of rank 3 the material is isotropic.
 
-    Parameters
-    ----------
-    trees
-        f_r in 1/sr as Radiance's luminance; and u' and v' (CIE 1976) where there is color. Of rank
-        3 the material is isotropic.
-    name
-        Name of the material.
-    facts
-        What else :meth:`describe` should show.
+    The trees hold f_r in 1/sr as Radiance's luminance; and u' and v' (CIE 1976) where there is
+    color. :meth:`describe` shows `facts` too.
     """
 
     def __init__(
@@ -95,7 +91,6 @@ class RadianceBrdf(LobeSampledBrdf):
 
 
 def _place(wi: Components, wo: Components) -> tuple[Array, ...]:
-    """Place in an anisotropic tree."""
     return *disk_to_square(-wo[0], -wo[1]), *disk_to_square(wi[0], wi[1])
 
 
@@ -107,20 +102,21 @@ def _point(wi: Components, wo: Components) -> tuple[Array, ...]:
 
 
 def load(path: PathLike) -> RadianceBrdf:
-    """Read the reflection of a Radiance ``.xml`` file, of its front side if there is one.
+    """Read the reflection in a Radiance ``.xml`` file, on its front side if there is one.
 
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, is no tensor tree, or holds no reflection.
+    A FormatError says that the file cannot be read, is no tensor tree, or holds no reflection.
     """
-    layer = read_layer(path)
-    rank = _RANKS.get(layer.structure.lower())
+    root = read_xml(path, _SIZE_LIMIT)
+    layer = root.find("Optical/Layer") if root.tag == "WindowElement" else None
+    if layer is None:
+        raise FormatError(f"{path}: has no layer of WINDOW 6")
+    structure = _text(layer, "DataDefinition/IncidentDataStructure")
+    rank = _RANKS.get(structure.lower())
     if rank is None:
-        held = layer.structure[:40] or "none"
+        held = structure[:40] or "none"
         problem = "only tensor trees are read, TensorTree3 and TensorTree4"
         raise FormatError(f"{path}: IncidentDataStructure: {held!r}; {problem}")
-    blocks = _side(path, layer.blocks)
+    blocks = _side(path, layer)
     names = ["visible", "cie-u", "cie-v"] if {"cie-u", "cie-v"} <= set(blocks) else ["visible"]
     if "visible" not in blocks:
         raise FormatError(f"{path}: holds no reflection of visible light")
@@ -133,18 +129,35 @@ def load(path: PathLike) -> RadianceBrdf:
                 f"{where}: AngleBasis {block.basis[:40]!r}, expected LBNL/Shirley-Chiu"
             )
         try:
-            trees.append(tensor_tree.parse(block.data, rank))
+            trees.append(tensor_tree.parse(block.text, rank))
         except ValueError as error:
             raise FormatError(f"{where}: ScatteringData {error}") from error
-    return RadianceBrdf(
-        trees,
-        layer.name or Path(path).stem,
-        {"manufacturer": layer.manufacturer} if layer.manufacturer else None,
+    name, maker = (
+        _text(layer, f"Material/{tag}")[:_NAME_LIMIT] for tag in ("Name", "Manufacturer")
     )
+    facts = {"manufacturer": maker} if maker else None
+    return RadianceBrdf(trees, name or Path(path).stem, facts)
 
 
-def _side(path: PathLike, blocks: list[Block]) -> dict[str, Block]:
-    """Blocks of one side by what they hold; the front of Radiance is the back of WINDOW 6."""
+class _Block(NamedTuple):
+    wavelength: str  # "Visible", "CIE-u" and so on
+    direction: str  # "Reflection Back" and so on
+    basis: str
+    text: str
+
+
+def _text(element: Element, place: str) -> str:
+    return (element.findtext(place) or "").strip()
+
+
+def _side(path: PathLike, layer: Element) -> dict[str, _Block]:
+    """Tables of one side by what they hold; the front in Radiance is the back in WINDOW 6."""
+    tags = "WavelengthDataDirection", "AngleBasis", "ScatteringData"
+    blocks = [
+        _Block(_text(data, "Wavelength"), *(_text(block, tag) for tag in tags))
+        for data in layer.iterfind("WavelengthData")
+        for block in data.iterfind("WavelengthDataBlock")
+    ]
     for side in ("reflection back", "reflection front"):
         found = {b.wavelength.lower(): b for b in blocks if b.direction.lower() == side}
         if found:
@@ -156,18 +169,10 @@ def _side(path: PathLike, blocks: list[Block]) -> dict[str, Block]:
 def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:
     """Write a Radiance ``.xml`` file of the front side, whole or not at all.
 
-    A cube holds the mean f_r of its directions, and cubes that differ by less than 5 % become one.
-    Views whose albedo is above 1 are scaled down to it. Trees that were read are written as they
-    stand, where no resolution is given.
-
-    Parameters
-    ----------
-    brdf
-        Any reflectance; where it is not known it counts as the rest of the cube.
-    path
-        File to write.
-    resolution
-        128 cubes across the disk where None, 32 if anisotropic.
+    A cube holds the mean f_r of its directions, as far as it is known, and cubes that differ by
+    less than 5 % become one. Views whose albedo is above 1 are scaled down to it. The disk has 128
+    cubes across by default, 32 for an anisotropic material. Trees that were read are written as
+    they stand, where no resolution is given.
     """
     if isinstance(brdf, RadianceBrdf) and resolution is None:
         texts = [tree.text() for tree in brdf.trees]
@@ -175,7 +180,7 @@ def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> No
         check_isotropic(brdf)
         largest = SIDE if brdf.isotropic else SIDE_ANISOTROPIC
         if resolution is not None and resolution.side > largest and not brdf.isotropic:
-            raise FormatError(f"{path}: resolution: up to {largest} of an anisotropic material")
+            raise FormatError(f"{path}: resolution: up to {largest} for an anisotropic material")
         texts = tabulated(brdf, resolution.side if resolution else largest)
     name = printable(" ".join(brdf.name.split()))
     write_encoded(path, str.encode, document(name, 3 if brdf.isotropic else 4, texts))

@@ -15,12 +15,10 @@ from nacre.color import RADIANCE_PRIMARIES, rgb_to_xyz_matrix
 from nacre.measured import tensor_tree
 from nacre.measured.tensor_tree import square_to_disk
 
-SIDE, SIDE_ANISOTROPIC = 128, 32
-"""Cubes across the disk of directions where no resolution is given."""
+SIDE, SIDE_ANISOTROPIC = 128, 32  # cubes across the disk of directions where no resolution is given
 
 _TO_XYZ = rgb_to_xyz_matrix(RADIANCE_PRIMARIES)
-_NEUTRAL = 4.0 / 19.0, 9.0 / 19.0
-"""u' and v' of Radiance's white, whose x and y are 1/3."""
+_NEUTRAL = 4.0 / 19.0, 9.0 / 19.0  # u' and v' of Radiance's white, whose x and y are 1/3
 _TOLERANCE, _FLOOR = 0.05, 1e-4
 """Of cubes that become one: relative range of f_r, and an absolute one in 1/sr."""
 _COLOR = 0.004  # range of u' and v' of cubes that become one
@@ -30,13 +28,8 @@ _PAIRS = 1 << 19  # that are evaluated at a time
 
 @dataclass(frozen=True)
 class Resolution:
-    """Cubes of a tree that is written.
-
-    Parameters
-    ----------
-    side
-        Cubes across the disk of directions, a power of two: 4 to 256 of an isotropic material, up
-        to 32 of others.
+    """Cubes of a tree that is written: across the disk of directions a power of two, 4 to 256 for
+    an isotropic material, up to 32 for others; else a ValueError.
     """
 
     side: int
@@ -47,15 +40,7 @@ class Resolution:
 
 
 def tabulated(brdf: Brdf, side: int) -> list[str]:
-    """Texts of the trees of luminance and, unless all is gray, of u' and v'.
-
-    Parameters
-    ----------
-    brdf
-        Any reflectance.
-    side
-        Cubes across the disk of directions, a power of two.
-    """
+    """Texts of the trees of luminance and, unless all is gray, of u' and v'."""
     xyz = np.maximum(_tabulate(brdf, side), 0.0) @ _TO_XYZ.T
     y = xyz[..., 1]
     weight = np.maximum(xyz @ [1.0, 15.0, 3.0], 1e-30)  # CIE 15:2004, section 8.2.1.1
@@ -129,7 +114,7 @@ def _direction(x: Floats, y: Floats) -> Floats:
 
 
 def document(name: str, rank: int, texts: Sequence[str]) -> str:
-    """The file of a material of a name, of trees of luminance, u' and v', or of the first alone."""
+    """The file of a material, from the trees of luminance, u' and v', or the first alone."""
     blocks = "".join(
         _BLOCK.format(name=name, text=text)
         for name, text in zip(("Visible", "CIE-u", "CIE-v"), texts, strict=False)

@@ -10,8 +10,7 @@ import numpy.typing as npt
 
 from nacre.errors import FormatError
 
-LARGEST = float(np.finfo(np.float32).max)
-"""Largest value of a table: they are kept as float32."""
+LARGEST = float(np.finfo(np.float32).max)  # largest value of a table: they are kept as float32
 
 
 def read_values(
@@ -42,8 +41,8 @@ def check_finite(
 ) -> None:
     """Refuse values that are larger than a bound, infinite or not a number.
 
-    The message of the :class:`FormatError` starts with `where`, the file's path and the name of the
-    values, and ends with a hint of what a user can do.
+    The :class:`FormatError` starts with `where`, the file's path and the name of the values, and
+    ends with a hint about what to do.
     """
     bound = min(largest, float(np.finfo(values.dtype).max))
     if not (values.min() >= -bound and values.max() <= bound):  # also of NaN

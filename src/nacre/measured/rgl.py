@@ -29,20 +29,14 @@ _MIN_COSINE = 1e-20  # keeps directions at the horizon, which callers discard, f
 
 
 class RglBrdf(Brdf):
-    """A material of the RGL database; samples itself with its own map.
+    """A material of the RGL database, from a checked tensor file; samples itself with its own map.
 
     f_r is the tabulated color times ndf / (4 sigma cos theta_i), theta_i being the light's: the
     tables hold reflectance with the cosine. Single negative channels are colors outside the Rec.
     709 gamut, not missing samples. The tables are zero in every channel only around nodes whose
-    light direction lies below the horizon; there f_r is not known. Of a spectral file the colors
-    are computed node by node, and the spectra stay for :meth:`eval_spectral`.
-
-    Parameters
-    ----------
-    tables
-        A checked tensor file.
-    name
-        Name of the material; the file's own description where empty.
+    light direction lies below the horizon; there f_r is not known. For a spectral file the colors
+    are computed node by node, and the spectra stay for :meth:`eval_spectral`. Without a name, the
+    file's own description is the material's.
     """
 
     isotropy_known = True
@@ -59,7 +53,7 @@ class RglBrdf(Brdf):
 
     @property
     def nbytes(self) -> int:
-        """See :class:`nacre.brdf.Brdf`; the luminance serves sampling only."""
+        """The luminance does not count: it serves sampling only."""
         return self.tables.nbytes
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
@@ -86,14 +80,14 @@ class RglBrdf(Brdf):
         return scale[:, None] * bands
 
     def valid_components(self, wi: Components, wo: Components) -> Array:
-        """See :class:`nacre.brdf.Brdf`: some channel is positive."""
+        """Where some channel is positive."""
         view = self._warp.view(wo)
         red, green, blue = self._color(self._warp.invert(wi, view), view)
         xp = namespace(red)
         return xp.maximum(xp.maximum(red, green), blue) > 0.0
 
     def _scale(self, wi: Components, point: Point, view: View) -> Array:
-        """What tabulated reflectance is multiplied by: the jacobian, and no cosine."""
+        """Factor on tabulated reflectance: the jacobian, and no cosine."""
         xp = namespace(*wi, point.x)
         scale = 1.0 / xp.maximum(wi[2], _MIN_COSINE)
         if self.tables.jacobian:
@@ -104,13 +98,12 @@ class RglBrdf(Brdf):
         return scale
 
     def _color(self, point: Point, view: View) -> Components:
-        """Tabulated color at a point of the measured square."""
         patch = self._rgb[0].locate(point.u, point.v)
         red, green, blue = (channel.at(patch, view.blend) for channel in self._rgb)
         return red, green, blue
 
     def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Brdf`; fractions are of tabulated points."""
+        """Fractions are of tabulated points."""
         tables, rgb = self.tables, self.tables.rgb
         return super().describe() | {
             "grid": (
@@ -134,35 +127,18 @@ def load(path: PathLike) -> RglBrdf:
 
 
 def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> RglBrdf:
-    """Any reflectance on the adaptive parametrization of the RGL database.
-
-    See :func:`nacre.measured.rgl_writer.tabulate_tables`.
-    """
+    """As :func:`nacre.measured.rgl_writer.tabulate_tables`, as a reflectance."""
     return RglBrdf(tabulate_tables(brdf, resolution), brdf.name)
 
 
 def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:
     """Write an RGL tensor file, whole or not at all.
 
-    An :class:`RglBrdf` is written as it is: every array of its file comes back bit for bit, spectra
-    included. Anything else is tabulated first (see :func:`tabulate`). A file whose name ends in
-    ``_spec.bsdf`` holds spectra: those of `brdf` where it has some, else spectra of its colors (see
-    :func:`nacre.color.upsample`).
-
-    Parameters
-    ----------
-    brdf
-        Isotropic or not.
-    path
-        File to write.
-    resolution
-        Of the tables; see :class:`nacre.measured.rgl_writer.Resolution`. Where it is given, an
-        :class:`RglBrdf` is tabulated anew.
-
-    Raises
-    ------
-    FormatError
-        If the path cannot be written, or an anisotropic material needs more azimuths.
+    An :class:`RglBrdf` is written as it is, unless a resolution is given: every array of its file
+    comes back bit for bit, spectra included. Anything else is tabulated first (see
+    :func:`tabulate`). A file whose name ends in ``_spec.bsdf`` holds spectra: those of `brdf` where
+    it has some, else spectra of its colors (see :func:`nacre.color.upsample`). A FormatError says
+    that the path cannot be written, or an anisotropic material needs more azimuths.
     """
     spectral = _holds_spectra(path)
     if not isinstance(brdf, RglBrdf) or resolution is not None:
@@ -175,7 +151,7 @@ def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> No
 
 
 def _holds_spectra(path: PathLike) -> bool:
-    """Whether a file of this name is to hold spectra, as the database has its names."""
+    """Whether a file with this name is to hold spectra, by how the database names its files."""
     return Path(path).stem.endswith("_spec")
 
 

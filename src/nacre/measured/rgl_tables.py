@@ -32,51 +32,26 @@ _Floats: TypeAlias = npt.NDArray[np.float32]
 class RglTables:
     """What an RGL tensor file holds, in its own conventions.
 
-    "Incident" is the direction on which the measurement is conditioned: `wo` in this package.
-
-    Parameters
-    ----------
-    description
-        Name of the material, as the measurers wrote it.
-    phi_i
-        Shape (P,): incident azimuths in radians, increasing.
-    theta_i
-        Shape (T,): incident polar angles in radians, increasing.
-    ndf
-        Shape (>= 2, >= 2), azimuth by polar angle of the half vector: microfacet density.
-    sigma
-        Shape (>= 2, >= 2), incident azimuth by polar angle: projected microfacet area.
-    vndf
-        Shape (P, T, A, B): density of visible half vectors, azimuth by polar angle.
-    luminance
-        Shape (P, T, N, M): luminance on the square that `vndf` warps.
-    rgb
-        Shape (P, T, 3, N, M): linear Rec. 709 reflectance on the same square.
-    jacobian
-        Whether `rgb` and `spectra` are to be multiplied by ndf / (4 sigma).
-    wavelengths, spectra
-        Shapes (B,), in nm, increasing, and (P, T, B, N, M): reflectance per wavelength in a
-        spectral file, of which `rgb` is the color; None in any other.
-    others
-        Fields of a file that nothing here reads, kept to be written again.
-    file
-        What `spectra` are mapped from: its `check` comes before they are looked at. None where they
-        lie in memory.
+    "Incident" is the direction on which the measurement is conditioned: `wo` in this package. P
+    azimuths and T polar angles of it, in radians, increase.
     """
 
-    description: str
-    phi_i: _Floats
-    theta_i: _Floats
+    description: str  # name of the material, as the measurers wrote it
+    phi_i: _Floats  # shape (P,): incident azimuths
+    theta_i: _Floats  # shape (T,): incident polar angles
     ndf: _Floats
-    sigma: _Floats
-    vndf: _Floats
-    luminance: _Floats
-    rgb: _Floats
-    jacobian: bool
-    wavelengths: _Floats | None = None
+    """Shape (>= 2, >= 2), azimuth by polar angle of the half vector: microfacet density."""
+    sigma: _Floats  # shape (>= 2, >= 2), incident azimuth by polar angle: projected microfacet area
+    vndf: _Floats  # shape (P, T, A, B): density of visible half vectors, azimuth by polar angle
+    luminance: _Floats  # shape (P, T, N, M): luminance on the square that `vndf` warps
+    rgb: _Floats  # shape (P, T, 3, N, M): linear Rec. 709 reflectance on the same square
+    jacobian: bool  # whether `rgb` and `spectra` are to be multiplied by ndf / (4 sigma)
+    wavelengths: _Floats | None = None  # shape (B,), in nm, increasing; None without spectra
     spectra: _Floats | None = None
+    """Shape (P, T, B, N, M), whose color is `rgb`; None without spectra."""
     others: Tensors = field(default_factory=dict)
-    file: MappedFile | None = None
+    """Fields that nothing here reads, kept to be written again."""
+    file: MappedFile | None = None  # what `spectra` are mapped from; None if in memory
 
     def check(self) -> None:
         """Raise a :class:`FormatError` if spectra are mapped from a file that has changed."""
@@ -104,8 +79,8 @@ class RglTables:
 def read_tables(path: PathLike) -> RglTables:
     """Read and check an RGL tensor file, of colors or of spectra.
 
-    The arrays are views of the file's content, which stays in memory as it is; of a large file only
-    the spectra, which stay in the file. A :class:`FormatError` names the field that is missing,
+    The arrays are views of the file's content, which stays in memory as it is; in a large file the
+    spectra alone stay in the file. A :class:`FormatError` names the field that is missing,
     misshapen or out of range.
     """
     tensors, file = _tensors(path)
@@ -159,10 +134,7 @@ def _tensors(path: PathLike) -> tuple[Tensors, MappedFile | None]:
 def _colors(
     spectra: _Floats, wavelengths: _Floats, content: _Fields, file: MappedFile | None
 ) -> _Floats:
-    """Linear Rec. 709 of spectra (P, T, B, N, M), slice by slice, for spectra are large.
-
-    What is not finite is refused, and slices that were mapped are given back.
-    """
+    """Linear Rec. 709 of finite spectra (P, T, B, N, M), slice by slice, for they are large."""
     weights = rgb_weights(wavelengths)
     rgb = np.empty((*spectra.shape[:2], 3, *spectra.shape[3:]), np.float32)
     for index in np.ndindex(*spectra.shape[:2]):
@@ -189,9 +161,7 @@ class _Fields:
         return self.tensors[name]
 
     def floats(self, name: str, shape: _Shape, *, finite: bool = True) -> _Floats:
-        """A float32 array, checked to be finite; None in `shape` stands for any number of nodes
-        from 2.
-        """
+        """A finite float32 array; None in `shape` stands for any number of nodes from 2."""
         values = self._get(name)
         if values.dtype != np.float32:
             raise self.error(name, f"holds {values.dtype}, expected float32")

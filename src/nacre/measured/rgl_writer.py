@@ -55,34 +55,20 @@ _MAX_VALUES = 1 << 27  # bound of all numbers in a file; it is half a gigabyte t
 class Resolution:
     """Numbers of nodes of the tables; a file takes about four bytes for each.
 
-    Parameters
-    ----------
-    phi_i
-        Azimuths of the view over a full turn, both ends included; at least 4 for an anisotropic
-        material, and taken as 1 for an isotropic one. The table of a symmetric material holds a
-        half or a quarter of them.
-    theta_i
-        Polar angles of the view.
-    square
-        Points along an edge of the warped square that holds the color.
-    azimuths, polars
-        Of the half vector, for the densities of normals; at most 8192 pairs.
-
-    Raises
-    ------
-    ValueError
-        If a number is too small to interpolate, or the tables are too large to compute or to keep.
+    An anisotropic material needs at least 4 azimuths of the view; an isotropic one has 1, and the
+    table of a symmetric one a half or a quarter. A ValueError says that a number is too small to
+    interpolate, or that the tables are too large to compute or to keep.
     """
 
-    phi_i: int
-    theta_i: int
-    square: int
-    azimuths: int
-    polars: int
+    phi_i: int  # azimuths of the view over a full turn, both ends included
+    theta_i: int  # polar angles of the view
+    square: int  # points along an edge of the warped square that holds the color
+    azimuths: int  # of the half vector, for the densities of normals
+    polars: int  # likewise; at most 8192 pairs
 
     def __post_init__(self) -> None:
         if self.phi_i < 1 or min(astuple(self)[1:]) < 2:
-            raise ValueError("numbers of nodes are 2 or more, of phi_i 1 or more")
+            raise ValueError("there are 2 or more nodes, 1 or more for phi_i")
         normals = self.azimuths * self.polars
         if normals > _MAX_NORMALS:
             raise ValueError(f"azimuths times polars is at most {_MAX_NORMALS}")
@@ -90,14 +76,9 @@ class Resolution:
             raise ValueError(f"a file would hold more than {_MAX_VALUES} numbers")
 
 
-ISOTROPIC = Resolution(1, 40, 72, 32, 128)
-"""Default for isotropic materials."""
+ISOTROPIC = Resolution(1, 40, 72, 32, 128)  # default for isotropic materials
 
-COMPACT = Resolution(1, 12, 17, 4, 32)
-"""An isotropic table of 48 KB, as the NBRDF paper's Table 3 has it; the best of those tried."""
-
-ANISOTROPIC = Resolution(33, 16, 48, 64, 64)
-"""Default for anisotropic materials."""
+ANISOTROPIC = Resolution(33, 16, 48, 64, 64)  # default for anisotropic materials
 
 SYMMETRIC = Resolution(65, 24, 48, 64, 64)
 """Default for anisotropic materials that half a turn and mirroring leave unchanged."""
@@ -106,28 +87,17 @@ SYMMETRIC = Resolution(65, 24, 48, 64, 64)
 def tabulate_tables(
     brdf: Brdf, resolution: Resolution | None = None, spectral: bool = False
 ) -> RglTables:
-    """Tables of any reflectance.
+    """Tables of any reflectance, isotropic or not.
 
     The table's interpolation needs values a little below the horizon: there it holds f_r cos on the
-    line through its values at the horizon and at the direction mirrored up. Farther down, and
-    where f_r is not known, tables are 0. f_r is clamped to be non-negative, and left out where it
-    is not finite. Azimuths span the part of a full turn that the material's symmetry leaves.
+    line through its values at the horizon and at the direction mirrored up. Farther down, and where
+    f_r is not known, tables are 0. f_r is clamped to be non-negative, and left out where it is not
+    finite. Azimuths span the part of a full turn that the material's symmetry leaves.
 
-    Parameters
-    ----------
-    brdf
-        Isotropic or not.
-    resolution
-        :data:`ISOTROPIC`, :data:`ANISOTROPIC` or :data:`SYMMETRIC` where None.
-    spectral
-        Whether tables are of spectra: those of `brdf` where it has :attr:`nacre.Brdf.wavelengths`,
-        else its colors by :func:`with_spectra`.
-
-    Raises
-    ------
-    FormatError
-        If `brdf` is anisotropic and the azimuths of the view too few for it, or its spectra take
-        too many numbers.
+    The default resolution is :data:`ISOTROPIC`, :data:`ANISOTROPIC` or :data:`SYMMETRIC`. Spectral
+    tables have the spectra of `brdf` where it has :attr:`nacre.Brdf.wavelengths`, else of its
+    colors by :func:`with_spectra`. A FormatError says that `brdf` is anisotropic and the azimuths
+    of the view too few for it, or that its spectra take too many numbers.
     """
     if spectral and brdf.wavelengths is None:
         return with_spectra(tabulate_tables(brdf, resolution))
@@ -180,9 +150,8 @@ def tabulate_tables(
 
 
 def with_spectra(tables: RglTables) -> RglTables:
-    """Tables with the spectra of their colors, by :func:`nacre.color.upsample`.
-
-    Upsampling is linear: between nodes, too, spectra are those of the color there.
+    """Tables with the spectra of their colors, also between nodes: :func:`nacre.color.upsample` is
+    linear.
     """
     wavelengths = upsampling_nodes()
     weights = np.stack(primaries(wavelengths), axis=1).astype(np.float32)
@@ -225,7 +194,7 @@ def view_nodes(brdf: Brdf, resolution: Resolution | None) -> tuple[Resolution, F
 def write_tables(tables: RglTables, path: PathLike) -> None:
     """Write tables as they are to a tensor file, whole or not at all.
 
-    A :class:`FormatError` says too that they are mapped from a file that has changed.
+    A :class:`FormatError` can also say that they are mapped from a file that has changed.
     """
     tables.check()
     text = (tables.description or " ").encode(errors="replace")  # a field cannot be empty
@@ -244,7 +213,7 @@ def _azimuths(count: int, parts: int) -> Floats:
 
 
 def _normals(grid: NormalGrid, brdf: Brdf) -> Floats:
-    """D that places the points of the tables: of the normals found, more of the rare ones."""
+    """D that places the points of the tables: from the normals found, more of the rare ones."""
     found = [grid.density(brdf), *(grid.highlight(brdf, angle) for angle in _HIGHLIGHTS)]
     density: Floats = np.mean(found, axis=0)
     dim = grid.normalized(density**_DIM_POWER)

@@ -24,8 +24,7 @@ from nacre.io.text_file import check_columns, parse_number
 ANGLES = ("theta_i", "phi_i", "theta_o", "phi_o")
 """Columns of the directions to the light and to the viewer."""
 
-Lines: TypeAlias = Iterator[tuple[int, str]]
-"""Numbers of lines, from 1, and lines."""
+Lines: TypeAlias = Iterator[tuple[int, str]]  # numbers of lines, from 1, and lines
 
 _COLUMN_LIMIT = 1024
 _HEADER_LIMIT = 1000
@@ -40,8 +39,7 @@ _ALIASES = {
     **dict.fromkeys(("brdf", "bsdf", "f_r"), "f"),
     **{name: name[0] for name in ("red", "green", "blue")},
 }
-NOISE = "sigma"
-"""Column of the standard deviation of f_r, in every channel."""
+NOISE = "sigma"  # column of the standard deviation of f_r, in every channel
 
 _COLORS = (["b", "g", "r"], ["x", "y", "z"], ["f"])
 _COLUMN = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?")
@@ -50,22 +48,10 @@ _BAND = re.compile(r"(\d+(?:\.\d+)?)\s*(?:nm)?")
 
 @dataclass(frozen=True)
 class Columns:
-    """What the line that names the columns says.
-
-    Parameters
-    ----------
-    names
-        One a column: :data:`ANGLES`, and r, g, b, or x, y, z, or f, or wavelengths in nm; and
-        :data:`NOISE` where it is there.
-    scales
-        Factor to radians of each of :data:`ANGLES`.
-    separator
-        Between columns; None for blanks.
-    """
-
     names: list[str]
-    scales: dict[str, float]
-    separator: str | None
+    """ANGLES; r, g, b, or x, y, z, or f, or wavelengths in nm; NOISE if it is there."""
+    scales: dict[str, float]  # factor to radians for each of ANGLES
+    separator: str | None  # between columns; None for blanks
 
     @property
     def bands(self) -> list[str]:
@@ -103,7 +89,7 @@ def read_header(path: PathLike, lines: Lines) -> tuple[dict[str, str], Columns]:
 def read_table(
     path: PathLike, lines: Lines, columns: Columns
 ) -> tuple[npt.NDArray[np.float64], int]:
-    """Numbers of the lines that are left, shape (n, columns), and how many lines had angles only.
+    """Numbers in the lines that are left, shape (n, columns), and how many lines had angles only.
 
     A :class:`FormatError` says that there are none, or which line or value is wrong.
     """

@@ -1,4 +1,4 @@
-"""Reflectance known at scattered pairs of directions, as a gonioreflectometer leaves it.
+"""Reflectance known at scattered pairs of directions, as a gonioreflectometer measures it.
 
 Any other is sampled on a grid in the Rusinkiewicz angles (Rusinkiewicz 1998, "A New Change of
 Variables for Efficient BRDF Representation"), even in the coordinates of
@@ -36,27 +36,23 @@ class ScatteredBrdf(LobeSampledBrdf):
 
     f_r is interpolated (:mod:`nacre.measured.interpolation`): a plane is fitted to log f_r of the
     16 nearest samples, weighted by the inverse square of their distance. The result is kept within
-    the range of these neighbors, so it is bounded by the data everywhere, the horizon included,
-    and passes through the samples. f_r counts as known where the nearest sample is no further away
-    than samples typically are from each other. Nothing is assumed about exchanging the directions.
-
+    the range of these neighbors, so it is bounded by the data everywhere, the horizon included, and
+    passes through the samples. f_r counts as known where the nearest sample is no further away than
+    samples typically are from each other. Nothing is assumed about exchanging the directions.
     Evaluation runs on NumPy arrays only.
 
     Parameters
     ----------
     wi, wo
-        Directions to the light and to the viewer, shapes (n, 3), above the horizon; scaled to
-        unit length.
+        Directions to the light and to the viewer, shapes (n, 3), above the horizon; scaled to unit
+        length.
     rgb
         f_r in 1/sr, linear Rec. 709 RGB, shape (n, 3). A negative channel is a color outside the
         gamut: it is kept, and counts as 0 in evaluation.
-    name
-        Name of the material.
-    isotropic
-        Whether turning both directions about the normal changes nothing.
-    mirrored
-        Whether mirroring both in a plane with the normal changes nothing: samples then stand for
-        phi_d and for -phi_d. True of nearly every isotropic material; ignored if not isotropic.
+    isotropic, mirrored
+        Whether turning both directions about the normal changes nothing, and whether mirroring both
+        in a plane with the normal does not: samples then stand for phi_d and for -phi_d. The second
+        is true for nearly every isotropic material, and ignored for others.
     spectra, wavelengths
         f_r in 1/sr per band, shape (n, bands), and the bands in nm, shape (bands,), where known.
     sigma
@@ -68,8 +64,8 @@ class ScatteredBrdf(LobeSampledBrdf):
     ------
     ValueError
         If shapes do not match, there is no sample, a value is not finite, a standard deviation is
-        negative, or a direction is not above the horizon.
-        :func:`nacre.measured.deduplication.from_measurement` sorts them out.
+        negative, or a direction is not above the horizon;
+        :func:`nacre.measured.deduplication.from_measurement` sorts such rows out.
     """
 
     traceable = False
@@ -120,7 +116,7 @@ class ScatteredBrdf(LobeSampledBrdf):
         self._facts = dict(facts or {})
 
     def subset(self, chosen: npt.NDArray[Any]) -> ScatteredBrdf:
-        """The reflectance that some of the samples alone give; an array of indices or a mask."""
+        """The reflectance from some of the samples alone, by their indices or a mask."""
         part = self.samples[chosen]
         return ScatteredBrdf(
             part.wi,
@@ -143,18 +139,11 @@ class ScatteredBrdf(LobeSampledBrdf):
 
     @property
     def nbytes(self) -> int:
-        """See :class:`nacre.brdf.Brdf`; float64, and directions of three numbers."""
         colors = self.samples.rgb if self.spectra is None else self.spectra
         return self.samples.wi.nbytes + self.samples.wo.nbytes + colors.nbytes
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
-        """See :class:`nacre.brdf.Brdf`.
-
-        Raises
-        ------
-        NacreError
-            For anything but NumPy arrays.
-        """
+        """A NacreError refuses anything but NumPy arrays."""
         near, shape, dtype = self._near(wi, wo, NEIGHBORS)
         f = interpolate(near, self._logs).astype(dtype).reshape(*shape, 3)
         return f[..., 0], f[..., 1], f[..., 2]
@@ -217,12 +206,8 @@ class ScatteredBrdf(LobeSampledBrdf):
 def tabulate(brdf: Brdf) -> ScatteredBrdf:
     """Samples of a reflectance at :func:`directions`, with its spectra where it has them.
 
-    Left out are directions where `brdf` is not known or not finite.
-
-    Raises
-    ------
-    ValueError
-        If nothing is left.
+    Directions where `brdf` is not known or not finite are left out; a ValueError says that nothing
+    is left.
     """
     check_isotropic(brdf)
     wi, wo = directions(brdf.isotropic)

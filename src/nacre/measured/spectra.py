@@ -16,33 +16,17 @@ _Array = npt.NDArray[np.float64]
 def to_rgb(spectra: npt.ArrayLike, wavelengths: npt.ArrayLike) -> _Array:
     """Color of reflecting surfaces, relative to a perfect white.
 
-    Seen by the CIE 1931 2-degree observer under illuminant D65, whose color is the white of Rec.
-    709: a flat spectrum of value f gives (f, f, f), to a thousandth. Spectra are linear between
-    bands and constant beyond the first and last.
-
-    Parameters
-    ----------
-    spectra
-        Values per band, shape (..., bands): f_r in 1/sr, or any reflectance.
-    wavelengths
-        Bands in nm, shape (bands,), increasing.
-
-    Returns
-    -------
-    array of shape (..., 3)
-        In the units of `spectra`; a channel of a saturated color may be negative.
+    The CIE 1931 2-degree observer sees them under illuminant D65, whose color is the white of Rec.
+    709: a flat spectrum of value f gives (f, f, f), to a thousandth. Spectra, shape (..., bands),
+    have f_r in 1/sr or any reflectance per band; they are linear between bands, in nm, shape
+    (bands,), increasing, and constant beyond the first and last. The color, shape (..., 3), has the
+    unit of the spectra; a channel of a saturated color may be negative.
     """
     return np.asarray(np.asarray(spectra, np.float64) @ rgb_weights(wavelengths))
 
 
 def rgb_weights(wavelengths: npt.ArrayLike) -> _Array:
-    """The matrix of :func:`to_rgb`, shape (bands, 3): color is linear in the spectrum.
-
-    Raises
-    ------
-    ValueError
-        If the wavelengths are not one increasing list.
-    """
+    """The matrix of :func:`to_rgb`, (bands, 3); a ValueError says that bands do not increase."""
     bands = np.asarray(wavelengths, np.float64)
     if bands.ndim != 1 or not (np.diff(bands) > 0.0).all():
         raise ValueError("wavelengths must be one increasing list")

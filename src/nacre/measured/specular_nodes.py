@@ -19,27 +19,16 @@ from nacre.measured.spectra import rgb_weights
 _STEEPEST = 85.0
 _HORIZON = math.radians(89.9)
 _BAND_LIMIT = 40
-BANDS = np.arange(400.0, 701.0, 20.0)
-"""Wavelengths in nm of the spectra that colors become."""
+BANDS = np.arange(400.0, 701.0, 20.0)  # wavelengths in nm of the spectra that colors become
 
 
 @dataclass(frozen=True)
 class Resolution:
-    """Nodes of a table that is written.
+    """Nodes of a table that is written; a ValueError says that a number is out of range."""
 
-    Parameters
-    ----------
-    incidences
-        Polar angles of the light, even from 0 to 85 degrees; 2 to 90.
-    polars
-        Polar angles of the viewer, or distances from the mirror direction; 4 to 180.
-    azimuths
-        Azimuths from 0 to 180 degrees; 3 to 180.
-    """
-
-    incidences: int = 18
-    polars: int = 40
-    azimuths: int = 19
+    incidences: int = 18  # polar angles of the light, even from 0 to 85 degrees; 2 to 90
+    polars: int = 40  # polar angles of the viewer, or distances from the mirror direction; 4 to 180
+    azimuths: int = 19  # from 0 to 180 degrees; 3 to 180
 
     def __post_init__(self) -> None:
         given = (self.incidences, self.polars, self.azimuths)
@@ -48,13 +37,11 @@ class Resolution:
                 raise ValueError("incidences are 2 to 90, polars 4 to 180, azimuths 3 to 180")
 
     def lights(self) -> Floats:
-        """Polar angles of the light in degrees."""
         return np.linspace(0.0, _STEEPEST, self.incidences)
 
     def views(self, light: float) -> tuple[Floats, Floats]:
-        """Polar angles and azimuths in degrees for a polar angle of the light.
-
-        Azimuths are those from the mirror direction, 2 azimuths - 1 of them from 0 to 360.
+        """Polar angles and azimuths in degrees, from 0 to 360 from the mirror direction, for a
+        light.
         """
         half = growing(180.0, self.azimuths)
         azimuths = np.concatenate([half, 360.0 - half[-2::-1]])
@@ -71,7 +58,7 @@ def growing(span: float, count: int) -> Floats:
 
 
 def directions(light: float, polars: Floats, azimuths: Floats) -> tuple[Floats, Floats]:
-    """Light and views, shapes (3,) and (polars, azimuths, 3), of angles in degrees.
+    """Light and views, shapes (3,) and (polars, azimuths, 3), from angles in degrees.
 
     The light lies at azimuth 180 degrees, so that 0 is that of the mirror direction. Angles at the
     horizon are taken a tenth of a degree above it.
@@ -89,10 +76,10 @@ def bands(brdf: Brdf) -> Floats:
 
 
 def spectra(brdf: Brdf, wi: Floats, wo: Floats) -> Floats:
-    """f_r in 1/sr at :func:`bands`, shape (..., bands); of a reflectance in RGB upsampled.
+    """f_r in 1/sr at :func:`bands`, shape (..., bands); upsampled for a reflectance in RGB.
 
-    The upsampled spectra have the color again, unless it is so saturated that they would be
-    negative somewhere.
+    The upsampled spectra have the same color, unless it is so saturated that they would be negative
+    somewhere.
     """
     wi, wo = np.broadcast_arrays(wi, wo)
     wanted = bands(brdf)
@@ -110,19 +97,10 @@ def spectra(brdf: Brdf, wi: Floats, wo: Floats) -> Floats:
 
 
 def reflected(values: Floats, polars: Floats, azimuths: Floats) -> Floats:
-    """Fraction of the light that a table reflects, by the trapezoidal rule.
+    """Fraction of the light that a table reflects, by the trapezoidal rule: the integral of f_r cos
+    theta, shape (...).
 
-    Parameters
-    ----------
-    values
-        f_r in 1/sr, shape (polars, azimuths, ...).
-    polars, azimuths
-        Nodes in degrees.
-
-    Returns
-    -------
-    array of shape (...)
-        The integral of f_r cos theta.
+    Values are f_r in 1/sr, shape (polars, azimuths, ...), at nodes in degrees.
     """
     theta, phi = np.radians(polars), np.radians(azimuths)
     around = np.trapezoid(values, phi, axis=1)

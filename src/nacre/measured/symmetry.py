@@ -19,13 +19,9 @@ loses, far above rounding."""
 def symmetry(brdf: Brdf) -> int:
     """How often the range of azimuths that says everything fits into a full circle.
 
-    Tried on pairs of directions, half of their half vectors within 22.5 degrees of the normal.
-
-    Returns
-    -------
-    int
-        4 if the material is unchanged by half a turn about the normal and by mirroring at the x
-        axis; 2 if by half a turn alone; otherwise 1.
+    4 if half a turn about the normal and mirroring at the x axis leave the material unchanged, 2 if
+    half a turn alone does, otherwise 1. Tried on pairs of directions, half of their half vectors
+    within 22.5 degrees of the normal.
     """
     if not _unchanged(brdf, lambda x, y: (-x, -y)):
         return 1
@@ -33,10 +29,7 @@ def symmetry(brdf: Brdf) -> int:
 
 
 def unchanged_by_quarter_turn(brdf: Brdf) -> bool:
-    """Whether a quarter turn about the normal leaves a material unchanged, tried as above.
-
-    No isotropic material fails: unlike other turns, this one is exact in floating point.
-    """
+    """Whether a quarter turn, which is exact in floating point, leaves a material unchanged."""
     return _unchanged(brdf, lambda x, y: (-y, x))
 
 

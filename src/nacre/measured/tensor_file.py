@@ -19,8 +19,7 @@ from nacre.errors import FormatError
 from nacre.io.binary import BinaryReader
 from nacre.io.files import PathLike, atomic_path, read_bytes
 
-MAGIC = b"tensor_file\0"
-"""First bytes of every tensor file."""
+MAGIC = b"tensor_file\0"  # first bytes of every tensor file
 
 SIZE_LIMIT = 1 << 31
 """Largest file read, in bytes; the largest published table is about a tenth of it."""
@@ -45,7 +44,7 @@ def read_tensors(path: PathLike) -> Tensors:
 
 
 def parse_tensors(data: bytes | mmap, path: PathLike) -> Tensors:
-    """As :func:`read_tensors`, of a file's content: the arrays are views of it."""
+    """As :func:`read_tensors`, from a file's content: the arrays are views of it."""
     if data[: len(MAGIC)] != MAGIC:
         raise FormatError(f"{path}: does not start with 'tensor_file', not an RGL material")
     reader = _Reader(data, path, len(MAGIC))
@@ -65,9 +64,8 @@ def parse_tensors(data: bytes | mmap, path: PathLike) -> Tensors:
 
 
 def write_tensors(tensors: Tensors, path: PathLike) -> None:
-    """Write a tensor file, whole or not at all; the same tensors give the same bytes.
-
-    Arrays have the types of the container, and none is empty.
+    """Write a tensor file, whole or not at all, of arrays that are not empty; always the same
+    bytes.
     """
     arrays = {name: np.ascontiguousarray(array) for name, array in tensors.items()}
     offset = len(MAGIC) + struct.calcsize("<2BI")
@@ -85,8 +83,6 @@ def write_tensors(tensors: Tensors, path: PathLike) -> None:
 
 
 class _Reader(BinaryReader):
-    """The entries of a file one after another."""
-
     def name(self, number: int) -> str:
         """The name that starts an entry."""
         what = f"the name of field {number}"

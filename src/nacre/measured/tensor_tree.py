@@ -20,31 +20,19 @@ import numpy.typing as npt
 from nacre.array import Array, Floats, Table, namespace
 from nacre.measured.axis import zero_index
 
-DEPTH_LIMIT = 12
-"""Max branches within each other."""
+DEPTH_LIMIT = 12  # max branches within each other
 _COUNT_LIMIT = 1 << 23  # of values and of branches: float32 holds their numbers exactly
 _LARGEST = float(np.finfo(np.float32).max)
 _TOKEN = re.compile(r"[{}]|[^\s,{}]+")
 
 
 class TensorTree:
-    """A function on the unit cube of 3 or 4 axes.
+    """A function on the unit cube of 3 or 4 axes, their number being the rank.
 
-    Parameters
-    ----------
-    rank
-        Number of axes.
-    values
-        Values of all leaves, shape (n,), float32.
-    leaves
-        Of each leaf where its values start, and their number along an axis; shape (leaves, 2).
-    links
-        Children of all branches, 2^rank each: the place of the first child of a branch, or
-        -1 - the number of a leaf. Shape (branches 2^rank,); empty where the root is a leaf.
-    root
-        Like an entry of `links`.
-    depth
-        Max branches within each other.
+    `leaves`, shape (leaves, 2), has where the values of each leaf start, and their number along an
+    axis. `links`, shape (branches 2^rank,), are the children of all branches: the place of the
+    first child of a branch, or -1 - the number of a leaf. The root is like an entry of `links`, and
+    at most `depth` branches lie within each other.
     """
 
     def __init__(
@@ -67,12 +55,10 @@ class TensorTree:
 
     @property
     def values(self) -> npt.NDArray[np.float32]:
-        """Values of all leaves, in the order of the text."""
         return self._values.values
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the values."""
         return self.values.nbytes
 
     def text(self) -> str:
@@ -95,7 +81,7 @@ class TensorTree:
         return "".join(parts)
 
     def at(self, point: Sequence[Array]) -> Array:
-        """Value at a point, whose coordinates lie from 0 up to 1; runs on any array library."""
+        """Value at a point, with coordinates from 0 up to 1; runs on any array library."""
         xp = namespace(*point)
         zero = zero_index(sum(point))
         place = [xp.minimum(xp.maximum(p, 0.0), 1.0 - 1e-6) for p in point]
@@ -118,17 +104,14 @@ class TensorTree:
 
 
 def parse(text: str, rank: int) -> TensorTree:
-    """The tree that a text holds.
-
-    A ValueError says what is wrong with it.
-    """
+    """The tree that a text holds; a ValueError says what is wrong with it."""
     values, leaves, links = array("f"), array("q"), array("q")
     frames: list[tuple[list[int], int]] = []  # children, and where values start
     deepest, root = 0, None
     for match in _TOKEN.finditer(text):
         token = match[0]
         if root is not None:
-            raise ValueError("goes on behind its end")
+            raise ValueError("goes on after its end")
         if token == "{":
             if frames and not frames[-1][0] and len(values) > frames[-1][1]:
                 raise ValueError("has values and branches in one node")
@@ -168,7 +151,7 @@ def parse(text: str, rank: int) -> TensorTree:
 def _number(token: str) -> float:
     value = float(token) if token.isascii() and "_" not in token else math.nan
     if not abs(value) <= _LARGEST:
-        raise ValueError(f"has {token[:20]!r} for a finite number")
+        raise ValueError(f"has {token[:20]!r} in place of a finite number")
     return value
 
 
@@ -191,16 +174,9 @@ def _leaf(values: array[float], start: int, leaves: array[int], rank: int) -> in
 def write(values: Floats, tolerance: float, floor: float, digits: int) -> str:
     """The text of a tree of values on a grid, with cubes of nearly equal values made one.
 
-    Parameters
-    ----------
-    values
-        Shape (n, ..., n) of 3 or 4 axes, n a power of two.
-    tolerance
-        Max range of the values of cubes that become one, relative to their mean.
-    floor
-        What is added to it, in the unit of the values.
-    digits
-        Significant digits of a value.
+    Values have shape (n, ..., n) with 3 or 4 axes, n a power of two, and are written with so many
+    significant digits. Cubes become one if the range of their values is at most `tolerance` times
+    their mean plus `floor`.
     """
     levels = [(values, np.ones(values.shape, np.bool_))]
     low = high = values
@@ -239,10 +215,7 @@ def _blocks(values: Floats) -> Floats:
 
 
 def disk_to_square(x: Array, y: Array) -> tuple[Array, Array]:
-    """Map of the unit disk to the unit square that keeps the ratios of areas.
-
-    Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square".
-    """
+    """The unit disk to the unit square, keeping ratios of areas (Shirley and Chiu 1997)."""
     xp = namespace(x, y)
     radius = xp.sqrt(x * x + y * y)
     wide = xp.abs(x) > xp.abs(y)

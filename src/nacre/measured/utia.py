@@ -28,8 +28,7 @@ from nacre.measured.axis import KNOWN, LEAST_KNOWN, Blend, cell, outer
 from nacre.measured.raw import read_values
 from nacre.sampling import LobeSampledBrdf
 
-SHAPE = (3, 6, 48, 6, 48)
-"""Channels, and nodes in theta_i, phi_i, theta_v and phi_v."""
+SHAPE = (3, 6, 48, 6, 48)  # channels, and nodes in theta_i, phi_i, theta_v and phi_v
 
 _, _POLAR, _AZIMUTHS, _, _ = SHAPE
 _STEP = math.radians(15.0)  # between nodes in theta
@@ -45,23 +44,13 @@ class UtiaBrdf(LobeSampledBrdf):
     """A reflectance tabulated over (theta_i, phi_i, theta_v, phi_v), i being the light.
 
     Values are linear between nodes in all four angles and periodic in the azimuths. Beyond the last
-    polar node, 75 degrees, the line through the last two goes on, as in readers after Filip's code;
-    where it falls below 0, f_r is 0. Nodes without a valid sample do not take part: the others'
-    weights are scaled up, and the result counts as valid only if every node with weight is valid,
-    beyond 75 degrees also those that the line comes from. Where no node is valid, f_r is 0.
+    polar node, 75 degrees, the line through the last two goes on, as in readers based on Filip's
+    code; where it falls below 0, f_r is 0. Nodes without a valid sample do not take part: the
+    others' weights are scaled up, and the result counts as valid only if every node with weight is
+    valid, beyond 75 degrees also those that the line comes from. Where no node is valid, f_r is 0.
 
-    Parameters
-    ----------
-    stored
-        Shape (3, 6, 48, 6, 48), see :data:`SHAPE`: f_r in 1/sr; a sample is invalid if any channel
-        is negative. Kept as float32.
-    name
-        Name of the material.
-
-    Raises
-    ------
-    ValueError
-        If `stored` has another shape.
+    `stored`, with the shape :data:`SHAPE`, else a ValueError, has f_r in 1/sr, kept as float32; a
+    sample is invalid if any channel is negative.
     """
 
     isotropic = False
@@ -150,10 +139,7 @@ def _azimuth(phi: Array) -> Blend:
 
 
 def tabulate(brdf: Brdf) -> UtiaBrdf:
-    """Any reflectance on the grid of the UTIA database.
-
-    Nodes where `brdf` is not known or not finite become invalid.
-    """
+    """Any reflectance on the grid of the database; invalid where it is not known or not finite."""
     polar, azimuths = np.radians(15.0 * np.arange(_POLAR)), np.radians(7.5 * np.arange(_AZIMUTHS))
     theta, phi = np.meshgrid(polar, azimuths, indexing="ij")
     nodes = join(from_spherical(theta, phi)).reshape(-1, 3)
@@ -167,7 +153,8 @@ def tabulate(brdf: Brdf) -> UtiaBrdf:
 def load(path: PathLike) -> UtiaBrdf:
     """Read a UTIA ``.bin`` file, whose name becomes the material's.
 
-    A FormatError says that it cannot be read, has another length, or a value is not finite.
+    A FormatError says that it cannot be read, has another length, or has a value that is not
+    finite.
     """
     path = Path(path)
     data = read_bytes(path, 2 * _SIZE)

@@ -1,9 +1,9 @@
 """Materials of the UTIA BRDF database as images of 288 x 288 pixels.
 
-Row 48 i + j from the top holds the light at theta_i = 15 i and phi_i = 7.5 j degrees, column
-48 k + l the view at theta_v = 15 k and phi_v = 7.5 l: the order of the raw files, see
-:mod:`nacre.measured.utia`. That rows count from the top is how ALTA's plugin `utia`, after code by
-Filip, reads `.exr` files with OpenEXR. Mitsuba decodes the pixels, once the header is found to
+Row 48 i + j from the top holds the light at theta_i = 15 i and phi_i = 7.5 j degrees, column 48 k +
+l the view at theta_v = 15 k and phi_v = 7.5 l: the order of the raw files, see
+:mod:`nacre.measured.utia`. That rows count from the top is how ALTA's plugin `utia`, based on code
+by Filip, reads `.exr` files with OpenEXR. Mitsuba decodes the pixels, once the header is found to
 promise no more than such an image.
 """
 
@@ -40,13 +40,9 @@ _EXR_HEADER = ImageHeader(_EDGE, _EDGE, frozenset("RGB"), 0)
 
 
 def load_exr(path: PathLike) -> UtiaBrdf:
-    """Read an ``.exr`` image of linear values.
+    """Read an ``.exr`` image of f_r in 1/sr, whose name becomes the material's.
 
-    Parameters
-    ----------
-    path
-        File to read, of one part in scan lines with channels R, G, B; its name becomes the
-        material's. Values are f_r in 1/sr; a pixel with a negative channel is not valid.
+    The file has one part in scan lines with channels R, G, B; a negative channel is not valid.
     """
     data = read_bytes(path, _SIZE_LIMIT)
     header = exr_header(data[:HEADER_LIMIT], path)
@@ -60,13 +56,10 @@ def load_exr(path: PathLike) -> UtiaBrdf:
 
 
 def load_png(path: PathLike) -> UtiaBrdf:
-    """Read a ``.png`` image: a preview, clipped and quantized.
+    """Read a ``.png`` image, a preview, clipped and quantized; its name becomes the material's.
 
-    Parameters
-    ----------
-    path
-        File to read, of 8 or 16 bits a channel; its name becomes the material's. Values follow the
-        sRGB curve whatever the file says; the largest means f_r of 1/sr, or more.
+    It has 8 or 16 bits per channel. Values follow the sRGB curve whatever the file says; the
+    largest means f_r of 1/sr, or more.
     """
     data = read_bytes(path, _SIZE_LIMIT)
     header = png_header(data, path)
@@ -93,8 +86,8 @@ def save_exr(brdf: Brdf, path: PathLike) -> None:
 def _check_size(path: PathLike, header: ImageHeader) -> None:
     if (header.width, header.height) != (_EDGE, _EDGE):
         raise FormatError(
-            f"{path}: has {header.width} x {header.height} pixels; of images, only UTIA tables of "
-            f"{_EDGE} x {_EDGE} are materials"
+            f"{path}: has {header.width} x {header.height} pixels; the only images that are "
+            f"materials are UTIA tables of {_EDGE} x {_EDGE}"
         )
 
 

@@ -36,10 +36,8 @@ class Patch(NamedTuple):
 class Grid:
     """Bilinear functions on the unit square, blended over slices.
 
-    Parameters
-    ----------
-    values
-        Shape (slices, height, width), height and width at least 2; nodes include the borders.
+    Values have shape (slices, height, width), height and width at least 2; nodes include the
+    borders.
     """
 
     def __init__(self, values: npt.NDArray[np.floating]) -> None:
@@ -68,7 +66,6 @@ class Grid:
         return totals[0], totals[1], totals[2], totals[3]
 
     def at(self, patch: Patch, blend: Blend) -> Array:
-        """Value within a located cell."""
         v00, v10, v01, v11 = self.corners(patch, blend)
         return _mix(_mix(v00, v10, patch.x), _mix(v01, v11, patch.x), patch.y)
 
@@ -84,19 +81,14 @@ class Grid:
         ]
 
     def eval(self, x: Array, y: Array, blend: Blend) -> Array:
-        """Value at a point of the unit square."""
         return self.at(self.locate(x, y), blend)
 
 
 class Warp(Grid):
     """Densities on the unit square with sampling and its inverse.
 
-    Every slice is scaled to integrate to 1.
-
-    Parameters
-    ----------
-    values
-        Shape (slices, height, width): non-negative, each slice with a positive integral.
+    Values, shape (slices, height, width), are non-negative, and each slice has a positive integral;
+    every slice is scaled to integrate to 1.
     """
 
     def __init__(self, values: npt.NDArray[np.floating]) -> None:
@@ -109,10 +101,7 @@ class Warp(Grid):
         self._columns = Table(along_x / total[:, None, None])
 
     def sample(self, u: Array, v: Array, blend: Blend) -> tuple[Array, Array, Array]:
-        """Point (x, y) of the density from uniform (u, v), and the density there.
-
-        `v` chooses the row, `u` the position along it.
-        """
+        """Point (x, y) from uniform u, along a row, and v, which chooses it; and its density."""
         xp = namespace(u, v)
         u, v = xp.maximum(u, _MIN_UNIFORM), xp.maximum(v, _MIN_UNIFORM)
         zero = zero_index(v)
@@ -131,9 +120,8 @@ class Warp(Grid):
         )
 
     def invert(self, x: Array, y: Array, blend: Blend) -> tuple[Array, Array, Array]:
-        """Uniform (u, v) that :meth:`sample` maps to (x, y), and the density there.
-
-        (0, v) where a whole row has no density.
+        """Uniform (u, v) that :meth:`sample` maps to (x, y), u = 0 in an empty row, and the
+        density.
         """
         patch = self.locate(x, y)
         xp = namespace(patch.x)
@@ -185,10 +173,7 @@ def _integral(t: Array, start: Array, end: Array, count: int) -> Array:
 
 
 def _solve(area: Array, start: Array, end: Array, count: int) -> Array:
-    """Position in [0, 1] up to which the integral over one segment is `area`.
-
-    The root of the quadratic in the form that does not cancel where the slope vanishes.
-    """
+    """Where in [0, 1] the integral over one segment is `area`, without cancellation."""
     xp = namespace(area)
     area = 2.0 * count * xp.maximum(area, 0.0)
     root = xp.sqrt(xp.maximum(start * start + area * (end - start), 0.0))

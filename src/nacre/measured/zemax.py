@@ -17,18 +17,18 @@ import numpy as np
 from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.color import REC_709, rgb_to_xyz_matrix, xyz_to_rgb
-from nacre.errors import FormatError, printable
+from nacre.errors import printable
 from nacre.io.files import PathLike, write_encoded
 from nacre.io.format import Format
-from nacre.io.text_file import parse_number, read_lines
+from nacre.io.text_file import read_lines
 from nacre.measured.deduplication import from_measurement
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.measured.specular_nodes import Resolution, growing
+from nacre.measured.words import Words
 from nacre.sampling import check_isotropic
 from nacre.sampling.energy import albedos
 
 _SIZE_LIMIT = 1 << 28
-_NODE_LIMIT = 4096
 _LARGEST = float(np.finfo(np.float32).max)
 _CHANNELS = {"monochrome": ("monochrome",), "xyz": ("tristimulusx", "tristimulusy", "tristimulusz")}
 _HEADER = ("source", "symmetry", "spectralcontent", "scattertype")
@@ -39,8 +39,6 @@ _ORDER = 32  # of the integrals of albedos
 
 @dataclass(frozen=True)
 class _Nodes:
-    """Angles of a table in radians."""
-
     incidences: Floats
     azimuths: Floats
     radials: Floats
@@ -56,134 +54,79 @@ class _Nodes:
 
 
 def load(path: PathLike) -> ScatteredBrdf:
-    """Read a ``.bsdf`` file of one sample rotation; what it says of total scatter is not needed.
+    """Read a ``.bsdf`` file of one sample rotation; what it says about total scatter is not needed.
 
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, is of transmission or of several rotations of the sample, or its
-        tables are not as the header says.
+    A FormatError says that the file cannot be read, holds transmission or several rotations of the
+    sample, or that its tables are not as the header says.
     """
-    words = _words(path)
-    header, nodes = _read_header(path, words)
+    words = Words(path, _lines(path))
+    header, nodes = _read_header(words)
     channels = _CHANNELS[header["spectralcontent"]]
-    values = np.stack([_read_channel(path, words, name, nodes) for name in channels], axis=-1)
-    for number, word in words:
-        raise FormatError(f"{path}: line {number}: {word[:40]!r} behind the last table")
+    values = np.stack([_read_channel(words, name, nodes) for name in channels], axis=-1)
+    words.end()
     name = Path(path).stem.removesuffix(".zemax")
     wi, wo = nodes.directions()
     color = xyz_to_rgb(values) if len(channels) == 3 else np.repeat(values, 3, axis=-1)
     lights, views = (w.reshape(-1, 3) for w in np.broadcast_arrays(wi, wo))
-    try:
-        return from_measurement(np.array(lights), np.array(views), color.reshape(-1, 3), name)
-    except ValueError as error:
-        raise FormatError(f"{path}: tables: {error}") from error
+    where = f"{path}: tables"
+    return from_measurement(
+        np.array(lights), np.array(views), color.reshape(-1, 3), name, where=where
+    )
 
 
-_Words = Iterator[tuple[int, str]]
+def _lines(path: PathLike) -> Iterator[tuple[int, str]]:
+    lines = read_lines(path, _SIZE_LIMIT)
+    return ((number, line) for number, line in lines if not line.lstrip().startswith("#"))
 
 
-def _words(path: PathLike) -> _Words:
-    """Numbers of lines and words, without comments."""
-    for number, line in read_lines(path, _SIZE_LIMIT):
-        if not line.lstrip().startswith("#"):
-            for word in line.split():
-                yield number, word
-
-
-def _next(path: PathLike, words: _Words, expected: str) -> tuple[int, str]:
-    for number, word in words:
-        return number, word
-    raise FormatError(f"{path}: ends before {expected}; the file is cut short")
-
-
-def _number(path: PathLike, words: _Words, expected: str) -> float:
-    number, word = _next(path, words, expected)
-    try:
-        value = parse_number(word)
-    except ValueError:
-        value = np.inf
-    if not abs(value) <= _LARGEST:
-        problem = f"{word[:40]!r} is not a finite number, expected {expected}"
-        raise FormatError(f"{path}: line {number}: {problem}")
-    return value
-
-
-def _read_header(path: PathLike, words: _Words) -> tuple[dict[str, str], _Nodes]:
+def _read_header(words: Words) -> tuple[dict[str, str], _Nodes]:
     header: dict[str, str] = {}
     lists: dict[str, Floats] = {}
     for expected in (*_HEADER, *_LISTS):
-        number, word = _next(path, words, expected)
-        if word.lower() != expected:
-            problem = f"{word[:40]!r}, expected {expected} (in any case)"
-            raise FormatError(f"{path}: line {number}: {problem}")
+        words.expect(expected)
         if expected in _HEADER:
-            header[expected] = _next(path, words, expected)[1].lower()
-            continue
-        count = _number(path, words, f"how many there are of {expected}")
-        if not 1 <= count <= _NODE_LIMIT or count != int(count):
-            problem = f"{count:g}, expected 1 to {_NODE_LIMIT}"
-            raise FormatError(f"{path}: line {number}: {expected}: {problem}")
-        values = [_number(path, words, f"an angle of {expected}") for _ in range(int(count))]
-        lists[expected] = np.array(values)
-    _check(path, header, lists)
+            header[expected] = words.take(expected)[1].lower()
+        else:
+            lists[expected] = words.numbers(words.count(expected), expected)
+    _check(words, header, lists)
     angles = [np.radians(lists[name]) for name in _LISTS[1:]]
     return header, _Nodes(*angles)
 
 
-def _check(path: PathLike, header: dict[str, str], lists: dict[str, Floats]) -> None:
+def _check(words: Words, header: dict[str, str], lists: dict[str, Floats]) -> None:
     if header["scattertype"] != "brdf":
         found = header["scattertype"][:40]
-        raise FormatError(f"{path}: ScatterType: {found!r}; only reflection (BRDF) is read")
+        raise words.error(f"ScatterType: {found!r}; only reflection (BRDF) is read")
     for key, known in (("symmetry", _SYMMETRIES), ("spectralcontent", _CHANNELS)):
         if header[key] not in known:
-            raise FormatError(f"{path}: {key}: {header[key][:40]!r}, expected {', '.join(known)}")
+            raise words.error(f"{key}: {header[key][:40]!r}, expected {', '.join(known)}")
     if len(lists["samplerotation"]) > 1:
-        raise FormatError(f"{path}: SampleRotation: several; only isotropic tables are read")
+        raise words.error("SampleRotation: several; only isotropic tables are read")
     limits = {"angleofincidence": 90.0, "scatterazimuth": _SYMMETRIES[header["symmetry"]]}
     for key in _LISTS[1:]:
-        values, limit = lists[key], limits.get(key, 180.0)
-        if values[0] < 0.0 or values[-1] > limit + 1e-3 or not (np.diff(values) > 0.0).all():
-            raise FormatError(f"{path}: {key}: must increase from 0 to up to {limit:g} degrees")
+        words.check_angles(lists[key], key, limits.get(key, 180.0))
 
 
-def _read_channel(path: PathLike, words: _Words, name: str, nodes: _Nodes) -> Floats:
+def _read_channel(words: Words, name: str, nodes: _Nodes) -> Floats:
     """f_r, shape (incidences, azimuths, radials)."""
-    for expected in (name, "databegin"):
-        number, word = _next(path, words, expected)
-        if word.lower() != expected:
-            problem = f"{word[:40]!r}, expected {expected} (in any case)"
-            raise FormatError(f"{path}: line {number}: {problem}")
+    words.expect(name)
+    words.expect("DataBegin")
     shape = len(nodes.azimuths), len(nodes.radials)
     tables = []
     for _ in nodes.incidences:
-        number, word = _next(path, words, "TIS")
-        if word.lower() != "tis":
-            raise FormatError(f"{path}: line {number}: {word[:40]!r}, expected TIS")
-        _number(path, words, "a total integrated scatter")
-        count = shape[0] * shape[1]
-        values = np.fromiter((_number(path, words, "a value") for _ in range(count)), np.float64)
-        tables.append(values.reshape(shape))
-    number, word = _next(path, words, "DataEnd")
-    if word.lower() != "dataend":
-        raise FormatError(f"{path}: line {number}: {word[:40]!r}, expected DataEnd")
+        words.expect("TIS")
+        words.number("a total integrated scatter")
+        tables.append(words.numbers(shape[0] * shape[1], "a table").reshape(shape))
+    words.expect("DataEnd")
     return np.array(tables)
 
 
 def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:
-    """Write a Zemax tabular BSDF file, whole or not at all.
+    """Write a Zemax tabular BSDF file of an isotropic reflectance, whole or not at all.
 
-    CIE XYZ under D65, or one table where the material is gray everywhere. The total integrated
-    scatter is the albedo, at most 1, as OpticStudio asks.
-
-    Parameters
-    ----------
-    brdf
-        Isotropic; where it is not known it counts as what `eval` says.
-    path
-        File to write.
-    resolution
-        Of the directions; see :class:`Resolution`.
+    It holds CIE XYZ under D65, or one table where the material is gray everywhere; where `brdf` is
+    not known, `eval` counts. The total integrated scatter is the albedo, at most 1, as OpticStudio
+    asks.
     """
     check_isotropic(brdf)
     resolution = resolution or Resolution()

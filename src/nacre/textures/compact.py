@@ -1,8 +1,9 @@
 """Codes in a third of the bytes: numbers along principal axes, each a byte or half of one.
 
-Axes are principal ones of how texels look, as far as that is linear in codes. The first have a byte
-each, from the lowest to the highest of a texture; the others, along which texels hardly differ,
-half of one for :data:`REACH` standard deviations to both sides.
+The axes are principal axes of how texels look, as far as that is linear in codes. Numbers along the
+first axes have a byte each, from the texture's lowest to its highest. Those along the others, in
+which texels hardly differ, have half a byte each, for :data:`REACH` standard deviations to both
+sides.
 """
 
 from __future__ import annotations
@@ -16,38 +17,25 @@ from nacre.array import Floats
 from nacre.measured.textures.domes import BONN
 from nacre.textures.codecs.codec import TexelCodec
 
-WHOLE = 12
-"""Axes with a byte each, or one more."""
+WHOLE = 12  # axes with a byte each, or one more
 REACH = 3.5
 
 _LARGEST = 1e9
 _SAMPLED = 1 << 13  # texels, about, that the axes are found from
-_RIDGE = 1e-6  # of the mean: no direction of codes counts less
+_RIDGE = 1e-6  # times the mean: no direction of codes counts less
 
 
 @dataclass(frozen=True, eq=False)
 class CompactCodes:
-    """A map of codes in few bytes.
+    """A map of codes in few bytes; a ValueError says that shapes or types do not fit.
 
-    Parameters
-    ----------
-    numbers
-        Those of the first axes, then pairs of those of the others, the first of a pair in the upper
-        half of a byte; shape (height, width, b), uint8.
-    axes
-        What a step of each adds to a code, shape (code_dim, code_dim).
-    center
-        The code of all zeros, shape (code_dim,).
-
-    Raises
-    ------
-    ValueError
-        If shapes or types do not fit.
+    Numbers along the first axes come first, then pairs of those along the others, the first of a
+    pair in the upper half of a byte.
     """
 
-    numbers: npt.NDArray[np.uint8]
-    axes: Floats
-    center: Floats
+    numbers: npt.NDArray[np.uint8]  # shape (height, width, b)
+    axes: Floats  # what a step along each axis adds to a code, shape (code_dim, code_dim)
+    center: Floats  # the code of all zeros, shape (code_dim,)
 
     def __post_init__(self) -> None:
         shape, size = self.numbers.shape, len(self.center)
@@ -59,11 +47,11 @@ class CompactCodes:
             raise ValueError(f"codes of {size} values in {shape[2]} bytes")
         for array in (self.axes, self.center):
             if array.dtype != np.float32 or not np.abs(array).max() <= _LARGEST:
-                raise ValueError(f"axes of codes are no single numbers of up to {_LARGEST:g}")
+                raise ValueError(f"axes of codes are not float32 numbers up to {_LARGEST:g}")
 
     @property
     def codes(self) -> npt.NDArray[np.float32]:
-        """What they stand for, shape (height, width, code_dim)."""
+        """The codes that the numbers stand for, shape (height, width, code_dim)."""
         whole = 2 * self.numbers.shape[2] - len(self.center)
         pairs = self.numbers[..., whole:]
         halves = np.stack([pairs >> 4, pairs & 15], -1).reshape(*pairs.shape[:2], -1)
@@ -72,12 +60,9 @@ class CompactCodes:
 
     @classmethod
     def of(cls, codes: Floats, codec: TexelCodec) -> CompactCodes:
-        """Those closest to codes of shape (height, width, code_dim).
+        """The numbers closest to codes of shape (height, width, code_dim).
 
-        Raises
-        ------
-        NacreError
-            See :meth:`nacre.textures.codecs.TexelCodec.embedding`.
+        Raises what :meth:`nacre.textures.codecs.TexelCodec.embedding` does.
         """
         height, width, size = codes.shape
         flat = codes.reshape(-1, size).astype(np.float64)

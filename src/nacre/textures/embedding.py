@@ -25,16 +25,8 @@ _BLOCK = 1 << 13  # texels at a time
 
 @dataclass(frozen=True)
 class Neighbor:
-    """A texel near another.
-
-    Parameters
-    ----------
-    texture
-        Which of the textures that were searched it is in.
-    texel
-        Its number there.
-    distance
-        See :meth:`nacre.textures.codecs.TexelCodec.embedding`.
+    """A texel near another: the index of its texture among those searched, its number there, and
+    the distance; see :meth:`nacre.textures.codecs.TexelCodec.embedding`.
     """
 
     texture: int
@@ -51,27 +43,12 @@ def nearest_texels(
     leave_out: tuple[int, int] | None = None,
     progress: Progress = silent,
 ) -> list[Neighbor]:
-    """The texels that resemble one most, the closest first.
+    """The `count` texels that look most like one, the closest first.
 
-    Parameters
-    ----------
-    code
-        Of that one, shape (code_dim,).
-    textures
-        Where to search; all of the codec that the code is of.
-    count
-        Of texels.
-    one_each
-        Whether of each texture only the closest counts.
-    leave_out
-        Number of a texture and of a texel of it that do not count: the texel itself.
-    progress
-        Called with the textures searched.
-
-    Raises
-    ------
-    NacreError
-        See :meth:`nacre.textures.codecs.TexelCodec.embedding`.
+    The textures all have the codec that `code`, shape (code_dim,), comes from. With `one_each`,
+    only the closest texel of each texture counts. `leave_out`, the numbers of a texture and of a
+    texel in it, does not count: the texel itself. Progress is called with the textures searched.
+    Raises what :meth:`nacre.textures.codecs.TexelCodec.embedding` does.
     """
     place = textures[0].codec.embedding(*BONN.pairs())
     (wanted,) = place(np.asarray(code, np.float32)[None])
@@ -102,48 +79,25 @@ _COLOR_PAIRS = 64  # pairs of directions whose mean reflectance is the color of 
 
 @dataclass(frozen=True, eq=False)
 class EmbeddingMap:
-    """Texels of several textures in the plane.
+    """Texels of several textures in the plane; a ValueError says that shapes do not fit."""
 
-    Parameters
-    ----------
-    names
-        Of the textures.
-    texture
-        Of each texel, which texture it is of, shape (n,).
-    xy
-        Column and row of each texel there, shape (n, 2).
-    codes
-        Shape (n, code_dim).
-    places
-        In the plane, shape (n, 2).
-    colors
-        Mean reflectance factors of some pairs of directions, linear RGB, shape (n, 3).
-    fingerprint
-        Of the codec, see :func:`nacre.textures.codecs.codec_file.codec_fingerprint`.
-
-    Raises
-    ------
-    ValueError
-        If shapes do not fit.
-    """
-
-    names: tuple[str, ...]
-    texture: npt.NDArray[np.int64]
-    xy: npt.NDArray[np.int64]
-    codes: Floats
-    places: npt.NDArray[np.float64]
-    colors: Floats
-    fingerprint: str
+    names: tuple[str, ...]  # the textures'
+    texture: npt.NDArray[np.int64]  # the texture that each texel comes from, shape (n,)
+    xy: npt.NDArray[np.int64]  # column and row of each texel there, shape (n, 2)
+    codes: Floats  # shape (n, code_dim)
+    places: npt.NDArray[np.float64]  # in the plane, shape (n, 2)
+    colors: Floats  # mean reflectance factors at some pairs of directions, linear RGB, shape (n, 3)
+    fingerprint: str  # the codec's, see :func:`nacre.textures.codecs.codec_file.codec_fingerprint`
 
     def __post_init__(self) -> None:
         count = len(self.texture)
         shapes = [self.texture.shape, self.xy.shape, self.places.shape, self.colors.shape]
         if shapes != [(count,), (count, 2), (count, 2), (count, 3)] or not count:
-            raise ValueError(f"texels are of shapes {shapes}")
+            raise ValueError(f"texels have shapes {shapes}")
         if self.codes.ndim != 2 or len(self.codes) != count:
             raise ValueError(f"codes are {self.codes.shape} for {count} texels")
         if self.texture.min() < 0 or self.texture.max() >= len(self.names):
-            raise ValueError(f"texels are of more than {len(self.names)} textures")
+            raise ValueError(f"texels come from more than {len(self.names)} textures")
 
     @property
     def labels(self) -> list[str]:
@@ -160,28 +114,14 @@ def embed_texels(
 ) -> EmbeddingMap:
     """A map of random texels by t-SNE, or an earlier one with further texels on it.
 
-    Distances are those of :meth:`nacre.textures.codecs.TexelCodec.embedding`.
+    Distances are those of :meth:`nacre.textures.codecs.TexelCodec.embedding`. The textures all have
+    one codec, see :func:`nacre.textures.latent_file.load_latent_maps`, and their names differ. Each
+    gives `count` texels, or all that it has. The same seed makes the same choice and the same map.
+    On the earlier map, `onto`, texels stay where they are.
 
-    Parameters
-    ----------
-    textures
-        All of one codec, see :func:`nacre.textures.latent_file.load_latent_maps`.
-    names
-        Of them, each once.
-    count
-        Texels of each, or all that it has.
-    seed
-        Of the choice and of the map: the same seed gives the same map.
-    onto
-        The earlier map, whose texels stay where they are.
-
-    Raises
-    ------
-    NacreError
-        If a name appears twice, there are too few texels, or the codec is not that of the map, or
-        decodes at its own directions only.
-    MissingExtraError
-        If openTSNE is not installed.
+    Raises a NacreError if a name appears twice, there are too few texels, or the codec is not that
+    of the map, or decodes at its own directions only, and a MissingExtraError if openTSNE is not
+    installed.
     """
     known = () if onto is None else onto.names
     for index, name in enumerate(names):
@@ -190,7 +130,7 @@ def embed_texels(
     fingerprint = codec_fingerprint(textures[0].codec)
     if onto is not None and fingerprint != onto.fingerprint:
         raise NacreError(
-            f"{names[0]}: was encoded by another model than the textures on the map; encode it anew"
+            f"{names[0]}: was encoded by another model than the map's textures; encode it again"
         )
     random = np.random.default_rng(seed)
     codes, which, xy = [], [], []
@@ -224,10 +164,7 @@ def _colors(codec: TexelCodec, codes: Floats) -> Floats:
 def save_embedding_map(places: EmbeddingMap, path: PathLike) -> None:
     """Write a map; the same map gives the same bytes.
 
-    Raises
-    ------
-    FormatError
-        If a number is not finite or the path cannot be written.
+    Raises a FormatError if a number is not finite or the path cannot be written.
     """
     write_encoded(path, _encode, places)
 
@@ -240,13 +177,7 @@ def _encode(places: EmbeddingMap) -> bytes:
 
 
 def load_embedding_map(path: PathLike) -> EmbeddingMap:
-    """Read a map.
-
-    Raises
-    ------
-    FormatError
-        If the file is not a whole map of a version we know.
-    """
+    """Read a map; a FormatError says that the file is not a whole map of a known version."""
     what = "a map of texels; nacre btf map --save makes one"
     header, tensors = from_file(path, KEY, _LIMIT, what)
     with format_errors(path):
@@ -257,9 +188,9 @@ def load_embedding_map(path: PathLike) -> EmbeddingMap:
 def _decode(header: dict[str, Any], tensors: dict[str, npt.NDArray[Any]]) -> EmbeddingMap:
     names, fingerprint = header["names"], header["model"]
     if not isinstance(fingerprint, str) or not isinstance(names, list):
-        raise ValueError("model is no text, or names are no list")
+        raise ValueError("model is not a text, or names are not a list")
     if not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
-        raise ValueError("names are no texts, each once")
+        raise ValueError("names are not distinct texts")
     for name, kind in _TYPES.items():
         if tensors[name].dtype != np.dtype(kind):
             raise ValueError(f"{name} is of type {tensors[name].dtype}, expected {np.dtype(kind)}")

@@ -1,11 +1,11 @@
-"""A texture as sums of a few functions of light and view that are its own.
+"""A texture as sums of a few functions of light and view that belong to it alone.
 
 What a codec decodes for one texture varies far less than what it can decode for all. So roots of
 values at some pairs of directions, as luma and pairs of colors
-(:mod:`nacre.textures.codecs.basis.colors`), are factored into weights a texel and functions
+(:mod:`nacre.textures.codecs.basis.colors`), are factored into weights per texel and functions
 (singular value decomposition); some texels, decoded at all nodes of a grid of directions, then give
-the functions there by least squares. Any codec that decodes at any directions will do; what a hit
-costs no longer depends on it.
+the functions there by least squares. Any codec that decodes at any directions will do, and the cost
+of a hit no longer depends on it.
 """
 
 from __future__ import annotations
@@ -24,8 +24,7 @@ from nacre.textures.codecs.codec import on_all_cores
 from nacre.textures.latent_map import LatentMap
 from nacre.textures.mipmap import fill_levels, level_shapes, recorded
 
-LUMAS, CHROMAS = 96, 16
-"""Functions of luma, and of both values of pairs of colors."""
+LUMAS, CHROMAS = 96, 16  # functions of luma, and of both values of pairs of colors
 _PAIRS = 2048  # pairs of directions that weights are found from
 _TEXELS = 2048  # texels whose values there give the subspace; the weights of others follow from it
 _DECODED = 256  # texels that are decoded at all nodes
@@ -38,8 +37,8 @@ _RIDGE = 1e-6
 class Factors:
     """Weights and functions; luma and pair, of roots, are sums of their products.
 
-    Weights, of shape (t, :data:`LUMAS` + 2 :data:`CHROMAS`), are of texels, row by row, then of
-    those of coarser levels: of the luma, then of the first and of the second value of the pair.
+    Weights, of shape (t, :data:`LUMAS` + 2 :data:`CHROMAS`), belong to texels, row by row, then to
+    those of coarser levels: for the luma, then for the first and the second value of the pair.
     Functions have shape (nodes, :data:`LUMAS` + :data:`CHROMAS`), with nodes of a grid of some
     resolution as :mod:`nacre.render.textures.decoders` has them.
     """
@@ -54,8 +53,8 @@ def factor(
 ) -> Factors:
     """The factors of an encoded texture, whose codec must decode at any directions.
 
-    The grid of directions has a resolution of at least 2. Weights are of so many levels of the
-    pyramid of means of reflectance, from the map itself, see
+    The grid of directions has a resolution of at least 2. Weights are found for `levels` levels of
+    the pyramid of mean reflectance, from the map itself on, see
     :func:`nacre.textures.mipmap.level_shapes`. Progress is called with the nodes done.
     """
     height, width, _ = latent.codes.shape
@@ -119,7 +118,7 @@ def node_directions(resolution: int) -> Floats:
 def grid_place(w: Components, resolution: int) -> tuple[Array, Array]:
     """Coordinates of a direction, in steps of the grid, along both axes of :func:`node_directions`.
 
-    Components are of any array library; directions below the horizon are where the horizon is.
+    Components come from any array library; directions below the horizon are taken to lie on it.
     """
     xp, most = namespace(*w), resolution - 1.0
     scale = 1.0 / xp.sqrt(1.0 + xp.maximum(w[2], 0.0))
@@ -130,7 +129,6 @@ def grid_place(w: Components, resolution: int) -> tuple[Array, Array]:
 
 
 def _split(values: Floats) -> tuple[Floats, Floats]:
-    """Gray values and chroma of roots of reflectance."""
     return split_reflectance(values, np.zeros(values.shape[1], np.float32))
 
 
@@ -148,7 +146,7 @@ def _comparison(random: np.random.Generator) -> tuple[Floats, Floats]:
 
 
 def _least_squares(weights: Floats) -> Floats:
-    """What values (t, n) of texels are multiplied by from the left to have functions, (k, t)."""
+    """The matrix that turns values (t, n) of texels into functions, (k, t)."""
     wide = weights.astype(np.float64)
     normal = wide.T @ wide
     normal += np.eye(len(normal)) * max(_RIDGE * float(np.trace(normal)) / len(normal), 1e-30)

@@ -12,20 +12,14 @@ from nacre.errors import FormatError, reason
 from nacre.io.files import PathLike, atomic_path
 from nacre.io.image_file import bitmaps, read_bitmap
 
-DEPTH = 0.1
-"""Widths of a texture from black to white of height fields that do not tell."""
+DEPTH = 0.1  # widths of a texture from black to white, where a file does not say
 _EXACT = ".exr"
 
 
 def check_height_map(path: PathLike) -> Path:
     """The path, if :func:`write_heights` can write it; to be called before the work.
 
-    Raises
-    ------
-    FormatError
-        If its ending is not `.exr`.
-    MissingExtraError
-        If Mitsuba is not installed.
+    Raises a FormatError if the ending is not `.exr`, a MissingExtraError without Mitsuba.
     """
     path = Path(path)
     if path.suffix.lower() != _EXACT:
@@ -37,12 +31,8 @@ def check_height_map(path: PathLike) -> Path:
 def write_heights(heights: Floats, path: PathLike) -> None:
     """Write heights in widths of the texture, shape (height, width), for a depth of 1.
 
-    Raises
-    ------
-    FormatError
-        If the ending is not `.exr`, or the file cannot be written.
-    MissingExtraError
-        If Mitsuba is not installed.
+    Raises a FormatError if the ending is not `.exr` or the file cannot be written, a
+    MissingExtraError without Mitsuba.
     """
     mi, path = bitmaps(), check_height_map(path)
     try:
@@ -54,19 +44,16 @@ def write_heights(heights: Floats, path: PathLike) -> None:
 
 
 def full_depth(path: PathLike) -> float:
-    """Widths of the texture from black to white, unless told otherwise: 1 of an OpenEXR image,
-    whose values are heights; else :data:`DEPTH`.
+    """Widths of the texture from black to white, unless a user says otherwise: 1 for an OpenEXR
+    image, whose values are heights; else :data:`DEPTH`.
     """
     return 1.0 if Path(path).suffix.lower() == _EXACT else DEPTH
 
 
 def read_heights(path: PathLike) -> Any:
-    """A gray image as heights, of bytes from 0 to 1 as they are, shape (height, width).
+    """A gray image as heights, bytes as 0 to 1 without a display curve, shape (height, width).
 
-    Raises
-    ------
-    FormatError
-        If it cannot be read, or has too many pixels.
+    Raises a FormatError if it cannot be read or has too many pixels.
     """
     mi = bitmaps()
     try:

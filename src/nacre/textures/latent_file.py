@@ -40,18 +40,13 @@ KEY = "nacre latent map"
 _LIMIT = 1 << 32
 _LARGEST = 1e9
 """Bound of codes in single precision: the default codec has 5 for each unit of reflectance."""
-_COMPACT = "codes.axes", "codes.center"
-"""Tensors beside codes that are compact."""
+_COMPACT = "codes.axes", "codes.center"  # tensors beside codes that are compact
 _CODEC = "codec."  # in front of the names of an embedded codec's tensors
 
 
 def check_latent_path(path: PathLike) -> Path:
-    """The path, if its ending is that of an encoded texture; to be called before long work.
-
-    Raises
-    ------
-    FormatError
-        If it is not.
+    """The path, if its ending is that of an encoded texture, else a FormatError; for use before
+    long work.
     """
     path = Path(path)
     if path.suffix.lower() != ".safetensors":
@@ -62,16 +57,12 @@ def check_latent_path(path: PathLike) -> Path:
 def save_latent_map(latent: LatentMap, path: PathLike, *, compact: bool = False) -> None:
     """Write a map of codes; the same map gives the same bytes.
 
-    An embedded codec is written in the lowest precision that changes none of its weights. Where
-    asked for, codes are compact, see :mod:`nacre.textures.compact`: read again they are a little
-    different, and of single precision.
+    An embedded codec is written in the lowest precision that changes none of its weights. With
+    `compact`, codes take a third of the bytes, see :mod:`nacre.textures.compact`: read again they
+    are a little different, and have single precision.
 
-    Raises
-    ------
-    FormatError
-        If a code is not finite, or the path cannot be written.
-    NacreError
-        If codes cannot be compact; see :meth:`nacre.textures.codecs.TexelCodec.embedding`.
+    Raises a FormatError if a code is not finite or the path cannot be written, and a NacreError if
+    codes cannot be compact; see :meth:`nacre.textures.codecs.TexelCodec.embedding`.
     """
     write_encoded(path, partial(_encode, compact=compact), latent)
 
@@ -79,13 +70,9 @@ def save_latent_map(latent: LatentMap, path: PathLike, *, compact: bool = False)
 def load_latent_map(path: PathLike) -> LatentMap:
     """Read a map of codes and its codec.
 
-    Raises
-    ------
-    FormatError
-        If the file is not a whole map of a version we know, or refers to a codec that does not lie
-        beside it, or to another one than does.
-    MissingExtraError
-        If the codec is a network of the papers and PyTorch is not installed.
+    Raises a FormatError if the file is not a whole map of a known version, or the codec that it
+    names is not beside it or is another one, and a MissingExtraError if the codec is a network from
+    the papers and PyTorch is not installed.
     """
     path = Path(path)
     header, tensors = from_file(path, KEY, _LIMIT, "a texture encoded by nacre")
@@ -94,14 +81,10 @@ def load_latent_map(path: PathLike) -> LatentMap:
 
 
 def load_latent_maps(paths: Sequence[Path]) -> list[LatentMap]:
-    """Read maps of codes of one codec, so that codes of all can be compared.
+    """Read maps of codes with one codec, so that the codes of all can be compared.
 
-    Raises
-    ------
-    FormatError
-        As :func:`load_latent_map`, or if one was encoded by another codec than the first.
-    MissingExtraError
-        See :func:`load_latent_map`.
+    Raises what :func:`load_latent_map` does, and a FormatError if one was encoded by another codec
+    than the first.
     """
     found: list[LatentMap] = []
     first = ""
@@ -111,7 +94,7 @@ def load_latent_maps(paths: Sequence[Path]) -> list[LatentMap]:
         first = first or fingerprint
         if fingerprint != first:
             raise FormatError(
-                f"{path}: was encoded by another model than {paths[0]}; encode it anew with "
+                f"{path}: was encoded by another model than {paths[0]}; encode it again with "
                 "nacre fit --codec"
             )
         found.append(latent)
@@ -147,7 +130,7 @@ def _decode(path: Path, header: dict[str, Any], tensors: Tensors) -> LatentMap:
     if not isinstance(metadata.get("errors", {}), dict):
         raise ValueError("errors in the metadata are not an object")
     if not isinstance(name, str) or not isinstance(model, dict):
-        raise ValueError("name is no text, or codec no object")
+        raise ValueError("name is not a text, or codec not an object")
     codes = tensors["codes"]
     if codes.dtype == np.uint8:
         codes = CompactCodes(codes, *(tensors[name] for name in _COMPACT)).codes
@@ -160,15 +143,15 @@ def _decode(path: Path, header: dict[str, Any], tensors: Tensors) -> LatentMap:
 def _codec(
     path: Path, model: dict[str, Any], tensors: Tensors
 ) -> tuple[TexelCodec, CodecFile | None]:
-    """The codec, and where it was read from if it is not embedded."""
+    """The codec, and the file that it was read from if it is not embedded."""
     if "file" not in model:
         inside = {k.removeprefix(_CODEC): v for k, v in tensors.items() if k.startswith(_CODEC)}
         return unpack_codec(model, inside), None
     name, expected = model["file"], model["sha256"]
     if not isinstance(name, str) or not name or PurePath(name).name != name or "\0" in name:
-        raise ValueError(f"codec: file {name!r:.80} is no name of a file")
+        raise ValueError(f"codec: file {name!r:.80} is not the name of a file")
     if not isinstance(expected, str) or not re.fullmatch("[0-9a-f]{64}", expected):
-        raise ValueError("codec: sha256 is no SHA-256 in hexadecimal")
+        raise ValueError("codec: sha256 is not a SHA-256 in hexadecimal")
     beside = path.with_name(name)
     if not beside.exists():
         beside = next((path for path in PRETRAINED.values() if path.name == name), beside)
@@ -187,7 +170,7 @@ def _codec(
 
 
 def _pack_pairs(latent: LatentMap) -> Tensors:
-    """Distinct lights and views; which ones make pairs only where not every two do in order."""
+    """Distinct lights and views; the pairs that they make only where not every two do, in order."""
     sides: list[tuple[Floats, npt.NDArray[np.intp]]] = []
     for directions in (latent.wi, latent.wo):
         distinct, first, index = np.unique(
@@ -233,7 +216,7 @@ def _load_material(path: Path) -> TexelBrdf:
     try:
         return material_of(latent)
     except ValueError as error:
-        raise FormatError(f"{path}: {error}; nacre btf average makes one of it") from error
+        raise FormatError(f"{path}: {error}; nacre btf average turns it into one") from error
 
 
 FORMAT = Format(

@@ -1,4 +1,4 @@
-"""Textures as a map of codes, and what a codec makes of them at any directions."""
+"""Textures as a map of codes, and what a codec makes from them at any directions."""
 
 from __future__ import annotations
 
@@ -19,14 +19,8 @@ _BLOCK = 1 << 26  # bytes of values that are decoded at a time for pictures
 
 @dataclass(frozen=True)
 class CodecFile:
-    """The file that a codec was read from.
-
-    Parameters
-    ----------
-    name
-        Of the file, which lies in one folder with what refers to it.
-    sha256
-        Of its content, in hexadecimal.
+    """The file that a codec was read from: its name, in the folder of what refers to it, and its
+    SHA-256 in hexadecimal.
     """
 
     name: str
@@ -35,36 +29,16 @@ class CodecFile:
 
 @dataclass(frozen=True, eq=False)
 class LatentMap:
-    """A code for every texel.
+    """A code for every texel; a ValueError says that shapes or types do not fit."""
 
-    Parameters
-    ----------
-    codes
-        Shape (height, width, code_dim), float16 or float32.
-    codec
-        What decodes them.
-    wi, wo
-        Directions of the texture that was encoded, shape (n, 3).
-    name
-        Of the material.
-    reference
-        Where the codec is, if files should refer to it; they embed it where None.
-    metadata
-        JSON-able facts: the source and the errors.
-
-    Raises
-    ------
-    ValueError
-        If shapes or types do not fit.
-    """
-
-    codes: npt.NDArray[Any]
+    codes: npt.NDArray[Any]  # shape (height, width, code_dim), float16 or float32
     codec: TexelCodec
-    wi: Floats
+    wi: Floats  # directions of the texture that was encoded, shape (n, 3)
     wo: Floats
-    name: str = ""
+    name: str = ""  # the material's
     reference: CodecFile | None = None
-    metadata: dict[str, Any] = field(default_factory=dict)
+    """The codec's file, if files should refer to it; they embed it where None."""
+    metadata: dict[str, Any] = field(default_factory=dict)  # JSON-able: the source, the errors
 
     def __post_init__(self) -> None:
         shape, values = self.codes.shape, self.codec.code_dim
@@ -77,23 +51,19 @@ class LatentMap:
 
 
 def check_decoded(values: Floats, where: str) -> Floats:
-    """The values, which codes of a file or material decode to, if all of them are finite."""
+    """The values, which codes of a file or material decode to, if all are finite, else a
+    FormatError.
+    """
     if not np.isfinite(values).all():
         raise FormatError(f"{where}: some codes decode to values that are not finite")
     return values
 
 
 class NeuralBtf(Btf):
-    """The texture that codes stand for, decoded as it is asked for.
+    """The texture that codes stand for, decoded when values are needed.
 
-    Parameters
-    ----------
-    latent
-        The codes and their codec.
-    directions
-        Pairs to be decoded at, each shape (n, 3); those of the source where None.
-    where
-        What error messages start with: a file's path.
+    It is decoded at `directions`, pairs of shape (n, 3) each, or those of the source where None.
+    Error messages start with `where`: a file's path.
     """
 
     decodable = True
@@ -121,17 +91,9 @@ class NeuralBtf(Btf):
         return facts | {key: errors[key] for key in ("MSE x 1e4", "relative RMSE") if key in errors}
 
     def texels(self, chosen: Indices | slice) -> Floats:
-        """See :meth:`Btf.texels`.
-
-        Raises
-        ------
-        FormatError
-            If a code decodes to what is no number.
-        """
         return check_decoded(self._decode(self._codes[chosen].astype(np.float32)), self._where)
 
     def images(self, chosen: Indices | slice) -> Floats:
-        """See :meth:`Btf.images` and :meth:`texels`."""
         wi, wo = self.wi[chosen], self.wo[chosen]
         decode = on_all_cores(self.latent.codec, self.latent.codec.decoder(wi, wo))
         pictures = np.empty((len(wi), self.texel_count, 3), np.float32)

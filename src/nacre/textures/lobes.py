@@ -22,7 +22,7 @@ _LOWEST = 0.17  # cosine of the steepest of the views
 
 def latent_lobes(latent: LatentMap) -> Floats:
     """Parameters of :class:`nacre.sampling.tilted.TiltedMixture` for an encoded texture, shape
-    (height, width, 4): of every k-th row and column of the map, k = 1 where it is small.
+    (height, width, 4): for every k-th row and column of the map, k = 1 where it is small.
     """
     lights, views = even_directions(_LIGHTS, 0.0), lobe_views()
     wi, wo = np.tile(lights, (_VIEWS, 1)), np.repeat(views, _LIGHTS, 0)
@@ -37,7 +37,9 @@ def latent_lobes(latent: LatentMap) -> Floats:
 def fitted_lobes(
     count: int, values: Callable[[slice], Floats], wi: Floats, wo: Floats, areas: Floats
 ) -> Floats:
-    """Parameters of texels, shape (count, 4), by the luminance of their values (t, n, 3)."""
+    """Parameters for `count` texels, shape (count, 4), from the luminance of their values (t, n,
+    3).
+    """
     found = np.empty((count, PARAMETERS), np.float32)
     for start in range(0, count, _BLOCK):
         part = slice(start, start + _BLOCK)
@@ -47,7 +49,6 @@ def fitted_lobes(
 
 
 def lobe_views() -> Floats:
-    """Views that lobes are fitted at, shape (n, 3)."""
     return even_directions(_VIEWS, _LOWEST)
 
 

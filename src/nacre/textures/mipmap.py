@@ -32,10 +32,10 @@ def level_shapes(height: int, width: int) -> list[tuple[int, int]]:
 
 
 def box_weights(size: int) -> Floats:
-    """Weights of texels along an edge in those of the next level, shape (halved(size), size).
+    """Weights with which texels along an edge enter those of the next level, (halved(size), size).
 
     Each texel of the next level covers as much of the edge as any other. Where the size is odd that
-    is a little more than two texels, and those at the ends of it count by what is covered.
+    is a little more than two texels, and those at its ends count by how much of them is covered.
     """
     count = halved(size)
     ends = np.arange(count + 1) * (size / count)
@@ -45,19 +45,9 @@ def box_weights(size: int) -> Floats:
 
 
 def halved_rows(rows: Iterable[Floats], height: int) -> Iterator[Floats]:
-    """Rows of the next level, in order, of those of a map, which are used one by one.
+    """Rows of the next level, shape (halved(width), ...), in order.
 
-    Parameters
-    ----------
-    rows
-        Of any values, shape (width, ...).
-    height
-        How many there are.
-
-    Yields
-    ------
-    array
-        Shape (halved(width), ...).
+    They are made from `height` rows of any values, shape (width, ...), which are used one by one.
     """
     down = box_weights(height)
     across: Floats | None = None
@@ -77,26 +67,15 @@ def halved_rows(rows: Iterable[Floats], height: int) -> Iterator[Floats]:
 
 FILTERS: tuple[Filter, ...] = get_args(Filter)
 
-PAIRS = 512
-"""Pairs of directions that reflectance is averaged at, unless others are asked for."""
+PAIRS = 512  # pairs of directions that reflectance is averaged at, unless others are asked for
 
 
 @dataclass(frozen=True, eq=False)
 class LatentPyramid:
     """A map of codes at every size from its own to a single texel, and lookups between them.
 
-    Maps repeat in both directions.
-
-    Parameters
-    ----------
-    levels
-        Codes, shapes (height, width, values), each level about half as high and wide as the one
-        before.
-
-    Raises
-    ------
-    ValueError
-        If there are none, or shapes are not those of :func:`level_shapes`.
+    Maps repeat in both directions. Levels have shapes (height, width, values), as
+    :func:`level_shapes` says; a ValueError says that they do not.
     """
 
     levels: tuple[Floats, ...]
@@ -120,27 +99,13 @@ class LatentPyramid:
     ) -> LatentPyramid:
         """The pyramid of a map.
 
-        Parameters
-        ----------
-        latent
-            Codes and their codec.
-        by
-            What is averaged over boxes. "reflectance": every level is encoded from means of what
-            the map decodes to, which is what is seen from afar, but for the codec's own error.
-            "codes": codes, which is faster (Rainer et al. 2020, section 5.2 and figure 9), with
-            errors where texels of unlike highlights meet. None: as the codec's
-            :attr:`~nacre.textures.codecs.codec.TexelCodec.filtered_by` says.
-        pairs
-            How many of the map's pairs of directions reflectance is averaged at, drawn at random.
-        seed
-            Of those.
-        progress
-            Called with the rows done.
-
-        Raises
-        ------
-        FormatError
-            If a code decodes, or a mean is encoded, to what is no number.
+        What is averaged over boxes: "reflectance" encodes every level from means of what the map
+        decodes to, which is what is seen from afar, but for the codec's own error, at so many of
+        the map's pairs of directions, drawn at random; "codes" is faster (Rainer et al. 2020,
+        section 5.2 and figure 9), with errors where texels with unlike highlights meet. By default
+        it is the codec's :attr:`~nacre.textures.codecs.codec.TexelCodec.filtered_by`. Progress is
+        called with the rows done. A FormatError says that a code decodes, or a mean is encoded, to
+        values that are not finite.
         """
         by = latent.codec.filtered_by if by is None else by
         if by not in FILTERS:
@@ -163,25 +128,15 @@ class LatentPyramid:
         rows = _reported(rows, height, progress)
         fill_levels(rows, levels, record)
         if not all(np.isfinite(codes).all() for codes in levels):
-            raise FormatError(f"{latent.name}: some filtered codes are no numbers")
+            raise FormatError(f"{latent.name}: some filtered codes are not finite")
         return cls(tuple(levels))
 
     def __call__(self, uv: npt.NDArray[Any], level: npt.NDArray[Any]) -> Floats:
-        """Codes by trilinear interpolation.
+        """Codes by trilinear interpolation, shape (n, values).
 
-        Parameters
-        ----------
-        uv
-            Places, shape (n, 2): u grows to the right and v down, from 0 to 1 over the map, which
-            repeats beyond.
-        level
-            Logarithm to the base 2 of how many texels of the map a footprint is wide, shape (n,).
-            It is clipped to the levels that there are.
-
-        Returns
-        -------
-        array
-            Shape (n, values).
+        At places `uv`, shape (n, 2), u grows to the right and v down, from 0 to 1 over the map,
+        which repeats beyond. `level`, shape (n,), is the base 2 logarithm of a footprint's width in
+        texels of the map; it is clipped to the levels that exist.
         """
         last = len(self.levels) - 1
         level = np.clip(np.asarray(level, np.float64), 0.0, last)
@@ -197,16 +152,10 @@ class LatentPyramid:
 
 
 def fill_levels(rows: Iterable[Floats], levels: Sequence[Floats], record: TexelMap) -> None:
-    """Write what is kept of the texels of all levels but the first: of means over boxes.
+    """Write what is kept of the texels of all levels but the first, from means over boxes.
 
-    Parameters
-    ----------
-    rows
-        Those of the first level, in order: what is averaged, shape (width, ...).
-    levels
-        Shapes (height, width, numbers), as :func:`level_shapes` has them.
-    record
-        From means of a row to what is kept of it.
+    `rows`, shape (width, ...), are what is averaged in the first level, in order; levels have
+    shapes (height, width, numbers); `record` turns means of a row into what is kept of it.
     """
     for above, kept in itertools.pairwise(levels):
         rows = recorded(halved_rows(rows, len(above)), kept, record)
@@ -216,7 +165,7 @@ def fill_levels(rows: Iterable[Floats], levels: Sequence[Floats], record: TexelM
 
 
 def recorded(rows: Iterable[Floats], kept: Floats, record: TexelMap) -> Iterator[Floats]:
-    """The same rows, once what is kept of each is written."""
+    """The same rows; what is kept of each is written before it is passed on."""
     for y, row in enumerate(rows):
         kept[y] = record(row)
         yield row
@@ -225,17 +174,8 @@ def recorded(rows: Iterable[Floats], kept: Floats, record: TexelMap) -> Iterator
 def filtered_reflectance(latent: LatentMap, wi: Floats, wo: Floats) -> list[Floats]:
     """Means of what a map decodes to over the boxes of all levels: what is seen from afar.
 
-    Parameters
-    ----------
-    latent
-        Codes and their codec.
-    wi, wo
-        Unit directions, shape (n, 3).
-
-    Returns
-    -------
-    list
-        Of each level after the map itself, reflectance factors of shape (height, width, n, 3).
+    Directions are unit vectors, shape (n, 3). For each level after the map itself, reflectance
+    factors have shape (height, width, n, 3).
     """
     decode = on_all_cores(latent.codec, latent.codec.decoder(wi, wo))
     rows: Iterable[Floats] = (decode(row.astype(np.float32)) for row in latent.codes)

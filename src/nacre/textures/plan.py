@@ -31,21 +31,9 @@ def candidate_pairs(
 ) -> tuple[Floats, Floats]:
     """Pairs of directions that cover evenly a cap of lights and one of views (Sobol 1967).
 
-    Parameters
-    ----------
-    count
-        Of pairs.
-    lights, views
-        Largest polar angles in degrees.
-    flash
-        Whether the light is where the camera is, as a phone's; both are then within both angles.
-    seed
-        Of the scrambling.
-
-    Returns
-    -------
-    wi, wo
-        Unit directions, shape (count, 3).
+    `lights` and `views` are their largest polar angles in degrees. With `flash` the light is where
+    the camera is, as on a phone; both are then within both angles. The seed scrambles. Gives `wi`
+    and `wo`, unit directions, shape (count, 3).
     """
     points = qmc.Sobol(4, rng=np.random.default_rng(seed)).random_base2((count - 1).bit_length())
     points = points[:count]
@@ -64,33 +52,16 @@ def _on_cap(points: npt.NDArray[np.float64], max_polar_angle: float) -> Floats:
 def informative(
     codec: TexelCodec, wi: Floats, wo: Floats, count: int, progress: Progress = silent
 ) -> npt.NDArray[np.intp]:
-    """Pairs of directions that leave the least unknown, the most informative first.
+    """The numbers of the `count` pairs of directions that leave the least unknown, best first.
 
     One after the other, each is the pair that lowers most the variance that coefficients still
     have, given all before, as the reflectance at Bonn's directions shows it: Bayesian A-optimal
-    design, greedily (Chaloner and Verdinelli 1995). The prior is that of the codec, with
-    coefficients independent. So the first n of a plan are the plan for n.
+    design, greedily (Chaloner and Verdinelli 1995). The prior is the codec's, with independent
+    coefficients. So the first n of a plan are the plan for n.
 
-    Parameters
-    ----------
-    codec
-        For whose coefficients.
-    wi, wo
-        Pairs to choose from, shape (n, 3).
-    count
-        How many to choose, at most n.
-    progress
-        Called with pairs chosen.
-
-    Returns
-    -------
-    array of shape (count,)
-        Their numbers.
-
-    Raises
-    ------
-    NacreError
-        If the codec has no linear model, see :meth:`TexelCodec.linear_blocks`.
+    The pairs to choose from, `wi` and `wo`, have shape (n, 3), n at least `count`. Progress is
+    called with the pairs chosen. A NacreError says that the codec has no linear model, see
+    :meth:`TexelCodec.linear_blocks`.
     """
     blocks = zip(codec.linear_blocks(wi, wo), codec.linear_blocks(*BONN.pairs()), strict=True)
     parts = [_Unknown(here, target.functions) for here, target in blocks]
@@ -107,7 +78,7 @@ def informative(
 
 
 class _Unknown:
-    """Covariance of some coefficients, and what each of many measurements would take off it."""
+    """Covariance of some coefficients, and how much each of many measurements would reduce it."""
 
     def __init__(self, block: LinearBlock, target: Floats) -> None:
         functions = block.functions
@@ -120,7 +91,7 @@ class _Unknown:
         self._seen = (functions @ covariance @ root).astype(np.float32)
 
     def gain(self) -> Floats:
-        """What variance of the target each measurement would take off."""
+        """The variance of the target that each measurement would take off."""
         variances = np.einsum("nk,nk->n", self._cross, self._functions)
         explained = np.einsum("nk,nk->n", self._seen, self._seen)
         left = self._block.noise + np.maximum(variances, 0.0)
@@ -138,13 +109,9 @@ class _Unknown:
 def write_plan(wi: Floats, wo: Floats, path: PathLike) -> None:
     """Write a list of directions in degrees, with a name for the photograph of each.
 
-    It is what :func:`nacre.measured.textures.direction_list.named_directions` and
-    :func:`nacre.measured.textures.load_photographs` read.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be written.
+    :func:`nacre.measured.textures.direction_list.named_directions` and
+    :func:`nacre.measured.textures.load_photographs` read it. A FormatError says that the file
+    cannot be written.
     """
     angles = np.degrees(np.stack([*to_spherical(split(wi)), *to_spherical(split(wo))], axis=1))
     angles[:, 1::2] %= 360.0

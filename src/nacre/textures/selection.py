@@ -22,7 +22,7 @@ def random_texels(texture: Btf, count: int, random: np.random.Generator) -> npt.
 
 
 def of_same_directions(textures: Sequence[Callable[[], Btf]], advice: str = "") -> Iterator[Btf]:
-    """Opens textures in turn; raises :class:`NacreError` for one of other directions."""
+    """Open textures in turn; a :class:`NacreError` says that one has other directions."""
     first: Btf | None = None
     for open_texture in textures:
         texture = open_texture()
@@ -34,15 +34,12 @@ def of_same_directions(textures: Sequence[Callable[[], Btf]], advice: str = "") 
         yield texture
 
 
-def some_values(btf: Btf, seed: int = 0) -> Floats:
+def some_values(btf: Btf) -> Floats:
     """Values at random texels, or at random pairs where it lies in images, shape (count, 3).
 
-    Raises
-    ------
-    FormatError
-        If they cannot be read.
+    Raises a FormatError if they cannot be read.
     """
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(0)
     total, count = (btf.pair_count, _IMAGES) if btf.by_image else (btf.texel_count, _TEXELS)
     chosen = np.sort(random.choice(total, min(count, total), replace=False))
     return (btf.images(chosen) if btf.by_image else btf.texels(chosen)).reshape(-1, 3)
@@ -51,12 +48,7 @@ def some_values(btf: Btf, seed: int = 0) -> Floats:
 def nearest_pair(btf: Btf, wi: Floats, wo: Floats) -> int:
     """The pair of directions whose angles to a light and a view have the least sum of squares.
 
-    Parameters
-    ----------
-    btf
-        Any texture.
-    wi, wo
-        Unit directions, shape (3,).
+    `wi` and `wo` are unit directions, shape (3,).
     """
     light, view = (
         np.arccos(np.clip(known @ w, -1.0, 1.0)) for known, w in ((btf.wi, wi), (btf.wo, wo))

@@ -20,12 +20,8 @@ _BLOCK = 1 << 25  # bytes of values that are read at a time
 def average(texture: Btf, progress: Progress = silent) -> TableBtf:
     """The mean apparent BRDF of a texture, as a texture of one texel: as it is seen from afar.
 
-    Parameters
-    ----------
-    texture
-        Measured or encoded; all of it is read, a part at a time.
-    progress
-        Called with texels, or with images where values lie in images.
+    All of the texture is read, a part at a time. Progress is called with texels, or with images
+    where values lie in images.
     """
     total = np.zeros((texture.pair_count, 3))
     if texture.by_image:
@@ -46,19 +42,8 @@ def average(texture: Btf, progress: Progress = silent) -> TableBtf:
 def tile(material: Brdf, wi: Floats, wo: Floats, width: int = 1, height: int = 1) -> TableBtf:
     """A texture that has one material everywhere; it takes the memory of one texel.
 
-    Parameters
-    ----------
-    material
-        Any reflectance.
-    wi, wo
-        Unit directions of the texture, shape (n, 3).
-    width, height
-        In texels.
-
-    Raises
-    ------
-    ValueError
-        If a size is not positive.
+    `wi` and `wo` are the texture's unit directions, shape (n, 3); width and height are in texels. A
+    ValueError says that a size is not positive.
     """
     if min(width, height) < 1:
         raise ValueError(f"{width} x {height} texels, expected at least 1 x 1")
@@ -68,19 +53,10 @@ def tile(material: Brdf, wi: Floats, wo: Floats, width: int = 1, height: int = 1
 
 
 class TexelBrdf(Brdf):
-    """The apparent BRDF of a single code, wherever its codec can decode.
+    """The apparent BRDF of a single code, shape (values,), wherever its codec can decode.
 
-    Unlike the BRDF of a surface, that of a texel knows of shadows and of what parallax brings into
-    view: it need not be reciprocal, and it differs when it is rotated about the normal.
-
-    Parameters
-    ----------
-    code
-        Shape (values,).
-    codec
-        What decodes it.
-    name
-        Of the material.
+    Unlike the BRDF of a surface, a texel's includes shadows and what parallax brings into view: it
+    need not be reciprocal, and it changes when the texel is rotated about the normal.
     """
 
     isotropic = False
@@ -108,10 +84,7 @@ class TexelBrdf(Brdf):
 def material_of(latent: LatentMap) -> TexelBrdf:
     """The material of an encoded texture of one texel.
 
-    Raises
-    ------
-    ValueError
-        If it has more, or its codec decodes at its own directions only.
+    Raises a ValueError if it has more, or its codec decodes at its own directions only.
     """
     height, width, _ = latent.codes.shape
     if (height, width) != (1, 1):

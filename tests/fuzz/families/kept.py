@@ -25,7 +25,7 @@ from nacre.textures.codecs.basis.fields import kept, pack_fields
 from nacre.textures.codecs.basis.networks import AngularFunctions
 from nacre.textures.codecs.codec import CODECS, TrainingRun
 from nacre.textures.codecs.networks import CustomSettings, NetworkRecipe, TrainingRecipe
-from nacre.textures.codecs.networks.journal import COLUMNS, Journal, read_journal
+from nacre.textures.codecs.networks.journal import COLUMNS, Journal
 from nacre.workflows.encoding import encode
 from nacre.workflows.manifest import MANIFEST, Manifest, Record
 from tests.fuzz.damage import json_damage, tensors_damage, words_damage
@@ -141,7 +141,6 @@ _ROWS = f"{','.join(COLUMNS)}\r\n10,1.50,0.003,0.25,\r\n20,3.00,0.002,0.125,0.5\
 
 
 def _read_journal(path: Path) -> None:
-    read_journal(path)
     with Journal(path, 20) as journal:
         journal.add(30, 4.0, 1e-3, 0.1, None)
 

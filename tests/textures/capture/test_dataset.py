@@ -104,7 +104,7 @@ def test_a_folder_goes_on_that_was_begun_with_fewer_parameters(tmp_path: Path) -
     capture_all(tmp_path, SETTINGS)
     wood["rings"] = 9
     path.write_text(json.dumps(manifest))
-    with pytest.raises(FormatError, match="textures: the folder was begun with others"):
+    with pytest.raises(FormatError, match="textures: the folder was started with others"):
         capture_all(tmp_path, SETTINGS)
 
 

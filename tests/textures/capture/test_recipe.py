@@ -149,7 +149,7 @@ def test_what_is_no_recipe_is_named(tmp_path: Path, content: Any, field: str) ->
 
 
 def test_an_unknown_name_is_no_file(tmp_path: Path) -> None:
-    with pytest.raises(FormatError, match="fabric99: is no built-in recipe"):
+    with pytest.raises(FormatError, match="fabric99: is neither a built-in recipe"):
         find("fabric99")
     with pytest.raises(FormatError, match="cannot be read"):
         find(tmp_path / "absent.json")

@@ -112,9 +112,9 @@ def test_images_as_masks(tmp_path):
     (tmp_path / "cut.png").write_bytes((tmp_path / "rgb.png").read_bytes()[:50])
     for name, message in (
         ("palette.png", "is of kind P; save it as a gray image"),
-        ("text.png", "a mask is a PNG or JPEG image of grays"),
+        ("text.png", "a mask is a gray PNG or JPEG image"),
         ("cut.png", "cut.png: cannot be decoded"),
-        ("none.png", r"is no file, nor a named mask \(right, down, noise\)"),
+        ("none.png", r"is neither a file nor a named mask \(right, down, noise\)"),
     ):
         with pytest.raises(FormatError, match=message):
             read_mask(tmp_path / name)

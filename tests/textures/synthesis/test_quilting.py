@@ -193,7 +193,7 @@ def test_codes_are_copied_bit_by_bit():
         ((40, 40), {"patch": 25}, r"larger than the input \(28 x 24\) .* 24 at most"),
         ((10, 40), {"patch": 12}, r"the output \(40 x 10\); 10 at most"),
         ((40, 40), {"patch": 8, "overlap": 5}, "patches of 8 overlap by 1 to 4 texels, not 5"),
-        ((40, 40), {"patch": 1}, "at least 2 texels an edge, not 1"),
+        ((40, 40), {"patch": 1}, "at least 2 texels per edge, not 1"),
         ((40, 40), {"overlap": 13}, "patches of 24 overlap by 1 to 12 texels, not 13"),
         ((40, 40), {"tolerance": float("nan")}, "the tolerance is a number from 0, not nan"),
     ],

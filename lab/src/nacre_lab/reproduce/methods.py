@@ -16,7 +16,7 @@ from nacre.formats import load_brdf
 from nacre.io.files import digest
 from nacre.latent.file import load_basis
 from nacre.measured.rgl import RglBrdf, tabulate
-from nacre.measured.rgl_writer import COMPACT
+from nacre.measured.rgl_writer import Resolution
 from nacre.neural import Recipe, fit
 from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC
 from nacre.sampling import fit_blinn_phong
@@ -41,6 +41,8 @@ ENHANCED_SIZES = _by_weights(
 """The same for networks with enhanced inputs, which take half as many bytes per weight."""
 
 
+COMPACT = Resolution(1, 12, 17, 4, 32)
+"""An isotropic table of 48 KB, as the NBRDF paper's Table 3 has it; the best of those tried."""
 TEXTURE_NETWORK = "texture-network-2019"
 """Name of the slowest method by far, about a minute per material."""
 PHONG_SAMPLED = "nbrdf-675-phong"

@@ -74,10 +74,10 @@ class _ArchiveBtf(TableBtf):
 def load(path: PathLike) -> TableBtf:
     """Read a NumPy archive of a texture, which must stay as it is while that is used.
 
-    Where it is compressed, values are unpacked into memory, up to eight times the file or 64 MiB.
+    Values in a compressed one are unpacked into memory, up to eight times the file or 64 MiB.
     Checksums of values that are mapped are not compared. A :class:`FormatError` says what is
-    damaged or missing; later, where values that are not finite are used, or the file has been
-    written over, so.
+    damaged or missing; later, when values are used, that they are not finite, or that the file has
+    been written over.
     """
     path, mapped = Path(path), None
     with _opened(path) as (archive, file, size):
@@ -116,23 +116,10 @@ def save(
 ) -> None:
     """Write a NumPy archive of any texture, whole or not at all, in little memory.
 
-    Parameters
-    ----------
-    btf
-        Read once, by runs of texels; where it lies in images (:attr:`Btf.by_image`), each is
-        decoded once and put by texel in a temporary file beside `path` as large as the new one.
-    path
-        File to write.
-    precision
-        Of values; where None, "single" of a table that is wider than half, else "half" unless a
-        value is too large for it.
-    progress
-        Called with the texels done.
-
-    Raises
-    ------
-    FormatError
-        If the path cannot be written, or a value is too large for the precision.
+    The texture is read once, by runs of texels; images (:attr:`Btf.by_image`) are decoded once and
+    put by texel in a temporary file beside `path` as large as the new one. By default the precision
+    is "single" for a table that is wider than half, else "half" unless a value is too large for it,
+    which in a given precision is a FormatError.
     """
     path = Path(path)
     if precision is None and isinstance(btf, TableBtf) and btf.values.dtype.itemsize > 2:
@@ -148,7 +135,6 @@ def save(
 def _write(
     source: Btf, path: Path, temporary: Path, progress: Progress | None, dtype: np.dtype[Any]
 ) -> None:
-    """Write the archive in one type of values."""
     shape = (source.height, source.width, source.pair_count, 3)
     with temporary.open("wb") as file, zipfile.ZipFile(file, "w") as archive:
         name = np.array(source.name[:TEXT_LIMIT])
@@ -165,7 +151,7 @@ def _write(
 
 
 def _aligned(name: str, offset: int) -> zipfile.ZipInfo:
-    """Entry of an archive, to be written at an offset, whose content starts at a round address."""
+    """An entry, to be written at an offset, whose content starts at a round address."""
     start = offset + 30 + len(name) + 20  # with the sizes of a file beyond 4 GiB
     member = zipfile.ZipInfo(name)
     padding = -(start + 4) % _ALIGNMENT

@@ -1,10 +1,10 @@
-"""Directions as people name them: those of a dome, or of a list in a file.
+"""Directions as people name them: those of a dome, or a list in a file.
 
 A list is UTF-8 text with comma-separated values (or semicolons or tabs). Its first line names the
 columns, in any order. Pairs of a light and a view have unit vectors lx, ly, lz, vx, vy, vz, or
-angles in degrees theta_l, phi_l, theta_v, phi_v; or theta, phi are of directions that each serve as
-light and as view. Lists of photographs (:mod:`nacre.measured.textures.photographs`) have columns
-file and, if wanted, quantity and scale too. Lines that start with # do not matter.
+angles in degrees theta_l, phi_l, theta_v, phi_v; a list with theta, phi has directions that each
+serve as light and as view. Lists of photographs (:mod:`nacre.measured.textures.photographs`) have
+columns file and, if wanted, quantity and scale too. Lines that start with # do not matter.
 """
 
 from __future__ import annotations
@@ -27,11 +27,9 @@ from nacre.measured.textures.directions import (
 )
 from nacre.measured.textures.domes import BONN, UTIA, below, pairs
 
-DOMES = {"bonn": BONN, "utia": UTIA}
-"""By the names that commands take, in lower case."""
+DOMES = {"bonn": BONN, "utia": UTIA}  # by the names that commands take, in lower case
 
-Rows = list[tuple[int, dict[str, str]]]
-"""Number, and cells by column, of each line."""
+Rows = list[tuple[int, dict[str, str]]]  # number, and cells by column, of each line
 
 _SIZE_LIMIT = 1 << 26
 _VECTORS = ("lx", "ly", "lz", "vx", "vy", "vz")
@@ -41,7 +39,7 @@ _LOOSE = 0.02  # how far a vector's length may be from 1: few decimals are given
 
 
 def named_directions(source: str, steepest: float = 90.0) -> tuple[Floats, Floats]:
-    """Pairs of directions of a dome, every light with every view, or of a list; shapes (n, 3).
+    """Pairs of directions of a dome, every light with every view, or from a list; shapes (n, 3).
 
     The source is `bonn` or `utia`, in any case, or the path of a list; `steepest` is the largest
     polar angle in degrees. A :class:`FormatError` says that there is no such dome or list; a column
@@ -64,10 +62,10 @@ def named_directions(source: str, steepest: float = 90.0) -> tuple[Floats, Float
 
 
 def read_rows(path: PathLike, *, images: bool = False) -> Rows:
-    """Lines of a list after the one that names the columns, of which there must be the right ones.
+    """Lines of a list after the one that names the columns, which must be the right ones.
 
-    Of a list of photographs (`images`) these are pairs with a column `file`. A
-    :class:`FormatError` says which column or line is not that of such a list.
+    For a list of photographs (`images`) these are pairs with a column `file`. A
+    :class:`FormatError` says which column or line does not belong to such a list.
     """
     columns: list[str] = []
     rows: Rows = []
@@ -93,12 +91,12 @@ def read_rows(path: PathLike, *, images: bool = False) -> Rows:
 
 
 def row_pairs(path: PathLike, rows: Rows) -> tuple[Floats, Floats]:
-    """Directions of all rows, checked: lights and views, twice the same of a list of theta, phi."""
+    """Checked directions of all rows: lights and views, twice the same for a list of theta, phi."""
     columns = rows[0][1]
     names = next(form for form in (_VECTORS, _ANGLES, _EACH) if form[0] in columns)
     count = len(rows) ** 2 if names is _EACH else len(rows)
     if count > PAIR_LIMIT:
-        raise FormatError(f"{path}: has {count} pairs of directions, of at most {PAIR_LIMIT}")
+        raise FormatError(f"{path}: has {count} pairs of directions, more than {PAIR_LIMIT}")
     values = np.array([[cell_number(path, *row, name) for name in names] for row in rows])
     lines = [f"line {line}" for line, _ in rows]
     halves = (values, values) if names is _EACH else np.split(values, 2, axis=1)
@@ -131,7 +129,7 @@ def _check_columns(path: PathLike, columns: list[str], images: bool) -> None:
 
 
 def cell_number(path: PathLike, line: int, row: dict[str, str], name: str) -> float:
-    """The number in a column of a line; raises :class:`FormatError` where there is none."""
+    """The number in a column of a line; a :class:`FormatError` says that there is none."""
     where, cell = f"{path}: line {line}: column {name}", row[name][:40]
     try:
         value = parse_number(row[name])
@@ -143,7 +141,7 @@ def cell_number(path: PathLike, line: int, row: dict[str, str], name: str) -> fl
 
 
 def _unit(half: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Vectors of angles in degrees, or vectors of nearly unit length made exactly so."""
+    """Vectors from angles in degrees, or vectors of nearly unit length made exactly so."""
     if half.shape[1] == 2:
         return from_degrees(*half.T)
     with np.errstate(over="ignore"):

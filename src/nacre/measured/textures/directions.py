@@ -1,4 +1,4 @@
-"""Directions of a texture as files give them: checked before anything is made of them."""
+"""Directions of a texture as files give them: checked before they are used."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def same_pairs(wi: Floats, wo: Floats, other_wi: Floats, other_wo: Floats) -> bo
 def check_directions(
     directions: npt.NDArray[Any], where: str, names: Sequence[str] | None = None
 ) -> Floats:
-    """Directions, shape (n, 3), as float32, once they are found to be some.
+    """Directions, shape (n, 3), as float32, if they are unit vectors above the horizon.
 
     Else a :class:`FormatError` starts with `where`, the file's path and what the directions are,
     and calls one by its name, or number: it is not finite, not of unit length to a thousandth, or
@@ -63,10 +63,7 @@ def check_directions(
 
 
 def check_distinct(wi: Floats, wo: Floats, names: list[str], where: str) -> None:
-    """Refuse a pair of directions, shape (n, 3), that appears twice.
-
-    The message starts with `where` and calls the pairs by their `names`.
-    """
+    """Refuse a pair of directions, shape (n, 3), that appears twice, by its names."""
     pairs = np.concatenate([wi, wo], axis=1).round(6)
     _, first, which = np.unique(pairs, axis=0, return_index=True, return_inverse=True)
     origin = first[which.reshape(-1)]

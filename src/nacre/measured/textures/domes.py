@@ -1,4 +1,4 @@
-"""Sets of directions that gonioreflectometers measure at."""
+"""Sets of directions at which gonioreflectometers measure."""
 
 from __future__ import annotations
 
@@ -16,13 +16,8 @@ from nacre.measured.textures.directions import from_degrees
 class Dome:
     """Rings of directions around the normal; each serves as light and as view.
 
-    Parameters
-    ----------
-    name
-        As people call it.
-    rings
-        Of each ring, in the order of the directions: polar angle in degrees, number of directions,
-        azimuth of the first in degrees. The others follow at equal steps.
+    Rings come in the order of the directions: polar angle in degrees, number of directions, azimuth
+    of the first in degrees. The others follow at equal steps.
     """
 
     name: str
@@ -36,7 +31,6 @@ class Dome:
         return from_degrees(theta, phi).astype(np.float32)
 
     def pairs(self) -> tuple[Floats, Floats]:
-        """Every pair of a light and a view; see :func:`pairs`."""
         return pairs(self.directions, self.directions)
 
 

@@ -40,24 +40,10 @@ class ImageFolderBtf(Btf):
     them at each call, which is slow: convert the folder first, or work on what
     :func:`nacre.measured.textures.transposition.transposed` gives.
 
-    Parameters
-    ----------
-    files
-        An image each pair of directions.
-    wi, wo
-        Unit directions above the horizon, shape (n, 3).
-    name
-        Of the material.
-    quantities
-        What the pixels of each image hold.
-    scales
-        What the value 1 of a pixel of each image stands for; 1 where None.
-
-    Raises
-    ------
-    FormatError
-        If an image cannot be read, is of no such kind, is too large, or of another size than the
-        first. Pixels are read later, and damage to them is found then.
+    There is an image for each pair of unit directions above the horizon, `wi` and `wo`, shape (n,
+    3). `quantities` say what its pixels hold, `scales` what their value 1 stands for; 1 where None.
+    A FormatError says that an image cannot be read, is of no such kind, is too large, or of another
+    size than the first. Pixels are read later, and damage to them is found then.
     """
 
     by_image = True
@@ -130,7 +116,6 @@ class ImageFolderBtf(Btf):
             raise FormatError(f"{path}: has other channels than R, G, B or X, Y, Z: {found[:80]!a}")
 
     def _decode(self, index: int) -> npt.NDArray[np.float32]:
-        """Reflectance factors of one image, shape (height, width, 3)."""
         path = self.files[index]
         data = read_bytes(path, _SIZE_LIMIT)
         header = parse_header(data, path)

@@ -19,32 +19,23 @@ from nacre.io.format import Format
 from nacre.measured.textures.direction_list import cell_number, read_rows, row_pairs
 from nacre.measured.textures.image_folder import QUANTITIES, ImageFolderBtf, Quantity
 
-LIST = "directions.csv"
-"""Name of the list within a folder of photographs."""
+LIST = "directions.csv"  # name of the list within a folder of photographs
 _LARGEST_SCALE = 1e4
 
 
 def load_photographs(
     folder: PathLike, directions: PathLike | None = None, quantity: Quantity | None = None
 ) -> ImageFolderBtf:
-    """Read a folder of photographs.
+    """Read a folder of photographs, whose name becomes the material's.
 
-    Parameters
-    ----------
-    folder
-        Where the images are (OpenEXR, PNG or JPEG, see :class:`ImageFolderBtf`); its name becomes
-        the material's.
-    directions
-        The list; :data:`LIST` in the folder where None.
-    quantity
-        What pixels hold, where the list does not say; "reflectance" where None.
+    Images are OpenEXR, PNG or JPEG, see :class:`ImageFolderBtf`. The list is :data:`LIST` in the
+    folder unless `directions` names another. `quantity` says what pixels hold, where the list does
+    not; "reflectance" where None.
 
-    Raises
-    ------
-    FormatError
-        If the list cannot be read, a column is missing, unknown or there twice, a value is not a
-        finite number, a direction is not of unit length or lies below the horizon, a pair of them
-        appears twice, both the list and `quantity` say what pixels hold, or an image is bad.
+    A FormatError says that the list cannot be read, a column is missing, unknown or there twice, a
+    value is not a finite number, a direction is not of unit length or lies below the horizon, a
+    pair of them appears twice, both the list and `quantity` say what pixels hold, or an image is
+    bad.
     """
     folder = Path(folder)
     path = Path(directions) if directions is not None else folder / LIST
@@ -64,11 +55,12 @@ def load_photographs(
 
 def _image(path: Path, folder: Path, line: int, name: str) -> Path:
     """Path of an image that is there; it must not leave the folder."""
+    where = f"{path}: line {line}: file {name[:80]!r}"
     relative = PurePosixPath(name.replace("\\", "/"))
     if not name or "\0" in name or relative.is_absolute() or ".." in relative.parts:
-        raise FormatError(f"{path}: line {line}: file {name[:80]!r} is no path within the folder")
+        raise FormatError(f"{where} is not a path within the folder")
     if not (folder / relative).is_file():
-        raise FormatError(f"{path}: line {line}: file {name[:80]!r} is not in {folder}")
+        raise FormatError(f"{where} is not in {folder}")
     return folder / relative
 
 

@@ -1,4 +1,4 @@
-"""From pictures, one a pair of directions, to texels with all their directions."""
+"""From pictures, one per pair of directions, to texels with all their directions."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _T = TypeVar("_T")
 
 
 class _TransposedBtf(Btf):
-    """Texels from parts of a table, each of all texels at some pairs; pictures as they were."""
+    """Texels from parts of a table, each with all texels at some pairs; pictures as they were."""
 
     def __init__(self, btf: Btf, parts: list[npt.NDArray[Any]]) -> None:
         super().__init__(btf.width, btf.height, btf.wi, btf.wo, name=btf.name, source=btf.source)
@@ -49,28 +49,11 @@ def transposed(
 ) -> Iterator[Btf]:
     """The same texture with texels that come at once, while the block lasts.
 
-    Where it lies in images, each is read once: as many as memory takes are put by texel and
-    written to a temporary file, from which a run of texels is one piece of each such part.
-
-    Parameters
-    ----------
-    btf
-        Any texture; given back as it is unless :attr:`Btf.by_image`.
-    folder
-        For the temporary file, as large as the texture in the type `dtype`; the system's where
-        None.
-    dtype
-        Of the temporary file; where None, half, or single where a value needs it: images are read
-        again then.
-    size_limit
-        Bytes of memory for pictures.
-    progress
-        Called with the pictures read.
-
-    Raises
-    ------
-    FormatError
-        If an image is bad, a value is too large for the type, or the file cannot be written.
+    Where it lies in images (:attr:`Btf.by_image`), each is read once: as many as `size_limit` bytes
+    of memory take are put by texel and written to a temporary file, from which a run of texels is
+    one piece of each such part. The file, in `folder` or the system's, has the type `dtype`: by
+    default half, or single if a value needs it, and images are read again then. A FormatError says
+    that an image is bad, a value is too large for the type, or the file cannot be written.
     """
     if not btf.by_image:
         yield btf
@@ -117,13 +100,7 @@ def narrowest_precision(attempt: Callable[[np.dtype[Any]], _T], dtype: npt.DType
 
 
 def narrowed(values: Floats, dtype: npt.DTypeLike, where: str) -> npt.NDArray[Any]:
-    """Finite values in another type, contiguous.
-
-    Raises
-    ------
-    TooLargeError
-        If one is too large for it; the message starts with `where`.
-    """
+    """Finite values in another type, contiguous; a TooLargeError says that one does not fit."""
     with np.errstate(over="ignore"):
         result = values.astype(dtype, order="C")
     if not np.isfinite(result).all():

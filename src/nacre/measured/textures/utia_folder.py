@@ -41,22 +41,13 @@ _Degrees = tuple[int, ...]
 
 
 def load(path: PathLike, quantity: Quantity = "reflectance") -> ImageFolderBtf:
-    """Read a folder of the UTIA BTF database, or any other with such names.
+    """Read a folder of the UTIA BTF database, or any other with such names, whose name becomes the
+    material's.
 
-    Parameters
-    ----------
-    path
-        Folder with the images, or with folders of views; its name becomes the material's. The
-        pairs of directions are those that there are images of, by view, then by light; other files
-        do not matter.
-    quantity
-        What pixels hold.
-
-    Raises
-    ------
-    FormatError
-        If it cannot be read, has no such image, or two of one pair of directions, or one in the
-        folder of another view or below the horizon, or images differ in size.
+    Images lie in the folder, or in folders of views. The pairs of directions are those that have
+    images, by view, then by light; other files do not matter. A FormatError says that the folder
+    cannot be read, has no such image, or two of one pair of directions, or one in the folder of
+    another view or below the horizon, or that images differ in size.
     """
     path = Path(path)
     try:

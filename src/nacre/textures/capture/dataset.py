@@ -23,16 +23,15 @@ from nacre.textures.capture.gonioreflectometer import capture
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.recipe import Recipe, built_in
 
-MANIFEST = "capture.json"
-"""Name of the file with the settings and recipes, in the folder."""
+MANIFEST = "capture.json"  # name of the file with the settings and recipes, in the folder
 
 _MANIFEST_LIMIT = 1 << 20
 
 
 @dataclass(frozen=True, eq=False)
 class Settings:
-    """How to capture: at pairs of unit directions, shape (n, 3), so many rows and columns of
-    texels, with so many paths a texel and view; the same seed gives the same values.
+    """How to capture: at pairs of unit directions, shape (n, 3), with so many rows and columns of
+    texels and so many paths per texel and view; the same seed gives the same values.
     """
 
     wi: Floats
@@ -43,19 +42,16 @@ class Settings:
 
     @property
     def cells(self) -> int:
-        """Cells a side that surfaces are made of."""
+        """Cells along each side of the surfaces."""
         return min(1024, max(256, 4 * self.texels))
 
     def build(self, recipe: Recipe) -> Mesostructure:
-        """The surface of a recipe."""
         return recipe.build(self.cells)
 
     def take(
         self, recipe: Recipe, progress: Progress | None = None, *, on_surface: bool = False
     ) -> TableBtf:
-        """Capture the surface of a recipe; see
-        :func:`nacre.textures.capture.gonioreflectometer.capture`.
-        """
+        """Capture the surface of a recipe; see :func:`nacre.textures.capture.capture`."""
         return capture(
             self.build(recipe), self.wi, self.wo, self.texels, samples=self.samples,
             seed=self.seed, on_surface=on_surface, name=recipe.name, progress=progress,
@@ -69,19 +65,19 @@ class Settings:
 
 
 def place(recipe: Recipe) -> Path:
-    """Where a recipe's texture lies in the folder: by whether it is kept from training."""
+    """Where a recipe's texture lies in the folder: in `unseen` if it is kept from training."""
     return Path("unseen" if recipe.unseen else "train") / f"{recipe.name}.npz"
 
 
 def capture_all(
     folder: Path, settings: Settings, report: Callable[[Recipe, int, int], Progress] | None = None
 ) -> None:
-    """Capture every built-in recipe that the folder, made where it is absent, does not hold yet.
+    """Capture every built-in recipe that the folder, created if need be, does not hold yet.
 
     A file is there only when it is whole, so a run that was killed loses one texture.
     `report(recipe, done, total)` is called before each and gives what is called with its progress.
-    A folder that was filled with other settings or recipes, or that another process fills now, is a
-    :class:`FormatError`.
+    A :class:`FormatError` says that the folder was filled with other settings or recipes, or that
+    another process is filling it.
     """
     with ExitStack() as stack:
         for part in (folder, folder / "train", folder / "unseen"):
@@ -89,7 +85,7 @@ def capture_all(
         try:
             stack.enter_context(exclusive(folder / ".lock", wait=False))
         except BlockingIOError:
-            raise FormatError(f"{folder}: another process captures into it; wait for it") from None
+            raise FormatError(f"{folder}: another process is filling it; wait for it") from None
         for part in (folder, folder / "train", folder / "unseen"):
             for path in abandoned(part):
                 path.unlink()
@@ -120,21 +116,21 @@ def _settle(path: Path, settings: Settings, recipes: tuple[Recipe, ...]) -> None
         old = json.loads(data, object_pairs_hook=lambda pairs: current_names(dict(pairs)))
         check_json(old)
     except (ValueError, RecursionError) as error:
-        raise FormatError(f"{path}: is no JSON: {reason(error)}; choose another folder") from error
+        raise FormatError(f"{path}: is not JSON: {reason(error)}; choose another folder") from error
     if not isinstance(old, dict):
-        raise FormatError(f"{path}: is no manifest; choose another folder")
+        raise FormatError(f"{path}: is not a manifest; choose another folder")
     if isinstance(listed := old.get("textures"), dict):
         old["textures"] = {name: _completed(texture) for name, texture in listed.items()}
     for key, value in new.items():
         if old.get(key) != value:
             note = "" if isinstance(value, dict) else f" ({old.get(key)!r}, now {value!r})"
             raise FormatError(
-                f"{path}: {key}: the folder was begun with others{note}; choose another folder"
+                f"{path}: {key}: the folder was started with others{note}; choose another folder"
             )
 
 
 def _completed(texture: Any) -> Any:
-    """A texture of a manifest; parameters that its family did not have then are at defaults."""
+    """A texture in a manifest; parameters that its family did not have then get their defaults."""
     try:
         family = fields(GENERATORS[texture["family"]])
         defaults = json.loads(json.dumps({field.name: field.default for field in family}))

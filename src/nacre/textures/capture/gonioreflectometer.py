@@ -1,12 +1,12 @@
 """A virtual gonioreflectometer: path tracing of a periodic surface for all lights at once.
 
 For each view, rays of an orthographic camera pass through jittered points of a texel on the plane z
-= 0, as in a rectified photograph: what lies above or below the plane is displaced by parallax,
-hides and shadows. In its place they can pass through points of the surface, as measurements are
-rectified whose heights are known. At each of at most three surface points of a path all directional
-lights are evaluated; whether they reach a triangle is found beforehand. What each point behind the
-first adds to a channel is limited to :data:`nacre.textures.capture.tracing.FIREFLY`, for single
-rare paths would show as bright dots.
+= 0, as in a rectified photograph: parallax displaces what lies above or below the plane, which also
+hides and shadows. Instead they can pass through points of the surface, as in measurements that are
+rectified with known heights. At each surface point of a path all directional lights are evaluated;
+whether they reach a triangle is found beforehand. What each point behind the first adds to a
+channel is limited to :data:`nacre.textures.capture.tracing.FIREFLY`, for single rare paths would
+show as bright dots.
 """
 
 from __future__ import annotations
@@ -28,12 +28,10 @@ from nacre.runtime.progress import Progress
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.tracing import photograph, visibility
 
-STEEPEST = 89.0
-"""Largest polar angle in degrees."""
-DEPTH = 3
-"""Surface points of the longest paths."""
+STEEPEST = 89.0  # largest polar angle in degrees
+DEPTH = 3  # surface points of the longest paths
 
-_SHADOW_RAYS = 1 << 18  # least number a light, over all triangles
+_SHADOW_RAYS = 1 << 18  # least number per light, over all triangles
 _BAND = 1 << 28  # bytes of values that are worked on at a time
 _VISIBLE = 1 << 30  # bytes of what the triangles see of the lights that are worked on at a time
 _IN_MEMORY = 1 << 31  # values of more bytes lie in a file without a name
@@ -55,32 +53,24 @@ def capture(
 ) -> TableBtf:
     """Measure a periodic surface at pairs of directions.
 
-    The texture covers one period, so it tiles. A view costs as much for one light as for all that
-    occur with any view: name the same lights for all views where there is a choice. More lights
-    than fit in memory are taken in groups, each with the views that occur with it.
+    The texture covers one period, so it tiles, with as many rows as columns unless told otherwise.
+    A view costs as much for one light as for all that occur with any view: name the same lights for
+    all views where there is a choice. More lights than fit in memory are taken in groups, each with
+    the views that occur with it. The same seed gives the same values, whatever the number of
+    threads. Progress is called as views are done.
 
     Parameters
     ----------
-    surface
-        What is measured.
     wi, wo
         Unit directions to the light and to the viewer, within :data:`STEEPEST`, shape (n, 3).
-    width, height
-        Texels; as many rows as columns where not given.
     samples
-        Paths a texel and view.
-    seed
-        Same seed, same values, whatever the number of threads.
+        Paths per texel and view.
     depth
         Largest number of surface points of a path; 1 leaves interreflection out.
     on_surface
         Whether texels are points of the surface, not of the plane: those of
         :meth:`nacre.textures.capture.mesostructure.Mesostructure.height_map`. Then they are the
         same points in all views, and show what hides these, if anything does.
-    name
-        Of the material.
-    progress
-        Called as views are done.
 
     Returns
     -------
@@ -160,7 +150,7 @@ class _Scene:
         self.coverings = surface.coverings()
 
     def light(self, lights: Floats) -> None:
-        """Put up other lights: unit directions, shape (k, 3)."""
+        """Set other lights: unit directions, shape (k, 3)."""
         size = len(self.coverings)
         self.lights = np.ascontiguousarray(lights.T, np.float32)
         self.visible = np.empty((size, size, 2, len(lights)), np.uint8)

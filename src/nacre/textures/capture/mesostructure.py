@@ -9,35 +9,23 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 
-SMOOTHEST = 0.15
-"""Least roughness alpha: sharper lobes would need more samples than are taken."""
+SMOOTHEST = 0.15  # least roughness alpha: sharper lobes would need more samples than are taken
 
 
 @dataclass(frozen=True, eq=False)
 class Mesostructure:
-    """A square period of a surface on a grid of cells, seen as two flat triangles a cell.
+    """A square period of a surface on a grid of cells, seen as two flat triangles per cell.
 
-    Cell (i, j) begins at y = i / size, x = j / size, in periods; y points up in a picture.
-
-    Parameters
-    ----------
-    height
-        At the first corner of each cell, in periods, shape (size, size). The plane that texels
-        refer to lies at 0.
-    albedo, specular
-        Linear RGB of the diffuse part and of the Fresnel reflectance at normal incidence, each
-        within [0, 1], shape (size, size, 3).
-    roughness
-        GGX alpha along and across the direction, at least :data:`SMOOTHEST`, (size, size, 2).
-    direction
-        Azimuth of strands in radians, shape (size, size).
+    Cell (i, j) begins at y = i / size, x = j / size, in periods; y points up in a picture. Heights,
+    in periods, are those at the first corner of each cell; texels refer to the plane at 0.
     """
 
-    height: Floats
-    albedo: Floats
-    specular: Floats
+    height: Floats  # shape (size, size)
+    albedo: Floats  # linear RGB within [0, 1], shape (size, size, 3)
+    specular: Floats  # Fresnel reflectance at normal incidence, likewise
     roughness: Floats
-    direction: Floats
+    """GGX alpha along and across the direction, at least SMOOTHEST, (size, size, 2)."""
+    direction: Floats  # azimuth of strands in radians, shape (size, size)
 
     def __post_init__(self) -> None:
         size = len(self.height)
@@ -54,7 +42,6 @@ class Mesostructure:
 
     @property
     def size(self) -> int:
-        """Cells a side."""
         return len(self.height)
 
     def heights_in_cells(self) -> npt.NDArray[np.float32]:

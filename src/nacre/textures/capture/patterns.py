@@ -1,4 +1,4 @@
-"""Periodic patterns that surfaces are made of.
+"""Periodic patterns that surfaces are made from.
 
 Grids have shape (size, size), with y along the rows. The same generator of random numbers gives the
 same pattern at any size, sampled more or less finely.
@@ -29,7 +29,7 @@ def noise(
 ) -> npt.NDArray[np.float64]:
     """Gaussian noise of one scale, with mean 0 and variance 1; 0 where the grid is too coarse.
 
-    The frequency is in waves a period; features are `stretch` times as long in y as in x.
+    The frequency is in waves per period; features are `stretch` times as long in y as in x.
     """
     reach_x = int(np.ceil(2.0 * frequency))
     reach_y = int(np.ceil(2.0 * frequency / stretch)) + 1
@@ -49,7 +49,7 @@ def noise(
 def fractal(
     random: np.random.Generator, size: int, frequency: float, octaves: int, gain: float = 0.5
 ) -> npt.NDArray[np.float64]:
-    """Noise of `octaves` scales, each of twice the frequency and `gain` times the size."""
+    """Noise of `octaves` scales, each with twice the frequency and `gain` times the size."""
     weights = gain ** np.arange(octaves)
     weights = weights / np.sqrt((weights**2).sum())
     total = np.zeros((size, size))
@@ -60,21 +60,20 @@ def fractal(
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """The Voronoi cells of points: whose cell each point of a grid lies in, its distance to the
-    center and how much farther the next one is, and the offset from the center, shape (size, size,
-    2); all in mean spacings of centers.
+    """The Voronoi cells of points, at each point of a grid; distances are in mean spacings of
+    centers.
     """
 
-    index: Indices
-    distance: Floats
-    margin: Floats
-    offset: Floats
+    index: Indices  # the cell of each point
+    distance: Floats  # to its center
+    margin: Floats  # how much farther the next center is
+    offset: Floats  # from the center, shape (size, size, 2)
 
 
 def cells(size: int, centres: Floats, shift: Floats | float = 0.0) -> Cells:
     """Voronoi cells of points in the unit square, shape (k, 2), which repeat with it.
 
-    The shift, shape (size, size, 2), is by how much the grid is displaced: it bends their edges.
+    The shift, shape (size, size, 2), displaces the grid: it bends the cells' edges.
     """
     spacing = len(centres) ** -0.5
     grid = (np.stack(positions(size), -1) + shift) % 1.0
@@ -100,11 +99,11 @@ def scattered(random: np.random.Generator, count: int, jitter: float) -> Floats:
 def lay_fibres(
     size: int, points: Floats, radius: float, owners: Indices
 ) -> tuple[npt.NDArray[np.float64], Indices]:
-    """Heights and owner of the uppermost of round fibres at each point of the grid, seen from
-    above; -inf and -1 where none is.
+    """Heights of the uppermost round fibres at each point of the grid, seen from above, and whose
+    these are; -inf and -1 where none is.
 
     Points along their middles are x, y and height in periods, shape (k, 3), closer than the radius;
-    `owners`, shape (k,), say to which fibre each belongs.
+    `owners`, shape (k,), are their fibres.
     """
     reach = int(np.ceil(radius * size))
     steps = np.arange(-reach, reach + 1)

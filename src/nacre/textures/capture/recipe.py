@@ -24,16 +24,8 @@ _UNSEEN = "12"
 
 @dataclass(frozen=True)
 class Recipe:
-    """What a surface is made from.
-
-    Parameters
-    ----------
-    name
-        Of the material.
-    generator
-        With its parameters.
-    seed
-        Of what is random in it.
+    """What a surface is made from: the material's name, a generator with its parameters, and the
+    seed of all that is random in it.
     """
 
     name: str
@@ -42,41 +34,37 @@ class Recipe:
 
     @property
     def unseen(self) -> bool:
-        """Whether it is its generator's one that is kept from training (Rainer et al. 2020)."""
+        """Whether it is the one recipe of its generator that is kept from training (Rainer et al.
+        2020).
+        """
         return self.name.endswith(_UNSEEN) and _built_in().get(self.name) == self
 
     def build(self, size: int = 256) -> Mesostructure:
-        """One period of the surface on a grid of `size` x `size` cells."""
         return self.generator.build(np.random.default_rng(self.seed), size)
 
 
 def built_in() -> tuple[Recipe, ...]:
-    """Twelve recipes of each of the seven generators, of which the last is kept from training."""
+    """Twelve recipes for each of the seven generators, the last of which is kept from training."""
     return tuple(_built_in().values())
 
 
 def find(source: PathLike) -> Recipe:
-    """The built-in recipe of a name, or else the one in a JSON file.
+    """The built-in recipe with a name, or else the one in a JSON file.
 
-    A file holds an object with `family`, and `seed` (0) and `parameters` (none) where they are not
-    left at their defaults.
-
-    Raises
-    ------
-    FormatError
-        If there is none, or the file's content is not that of a recipe; names the field.
+    A file holds an object with `family`, and `seed` (0) and `parameters` (none) unless they are
+    left at their defaults. A FormatError says that there is no such recipe, or names the bad field.
     """
     known = _built_in()
     if str(source) in known:
         return known[str(source)]
     path = Path(source)
     if not path.suffix and not path.exists():
-        raise FormatError(f"{source}: is no built-in recipe (fabric01 to wood12) and no file")
+        raise FormatError(f"{source}: is neither a built-in recipe (fabric01 to wood12) nor a file")
     data = read_bytes(path, _LIMIT)
     try:
         content = json.loads(data)
     except (ValueError, RecursionError) as error:
-        raise FormatError(f"{path}: is no JSON: {reason(error)}") from error
+        raise FormatError(f"{path}: is not JSON: {reason(error)}") from error
     try:
         return _parse(path.stem, content)
     except ValueError as error:
@@ -94,12 +82,12 @@ def _built_in() -> dict[str, Recipe]:
 
 
 def _parse(name: str, content: Any) -> Recipe:
-    """A recipe of JSON; raises :class:`ValueError` with the field."""
+    """A recipe from JSON; a :class:`ValueError` names the bad field."""
     if not isinstance(content, Mapping):
         raise ValueError("expected an object with family, seed and parameters")
     for key in content:
         if key not in _KEYS:
-            raise ValueError(f"{key[:40]}: is no field of a recipe ({', '.join(_KEYS)})")
+            raise ValueError(f"{key[:40]}: is not a field of a recipe ({', '.join(_KEYS)})")
     family, seed = content.get("family"), content.get("seed", 0)
     if not isinstance(family, str) or family not in GENERATORS:
         known = ", ".join(GENERATORS)

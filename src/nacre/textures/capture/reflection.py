@@ -20,7 +20,6 @@ from nacre.compile.compilation import inner_fast
 
 @inner_fast  # type: ignore[untyped-decorator]
 def fifth(x: Any) -> Any:
-    """x^5."""
     square = x * x
     return square * square * x
 
@@ -44,8 +43,8 @@ def lobe(
 ) -> Any:  # fmt: skip
     """The GGX lobe without its Fresnel factor, the density of its light directions, and h.v.
 
-    Of light and viewer in the frame of the surface, :func:`smith` of the viewer, the cosine between
-    both, and roughness alpha.
+    Takes light and viewer in the frame of the surface, :func:`smith` of the viewer, the cosine
+    between both, and roughness alpha.
     """
     ht, hb, hn = (lt + vt) / along, (lb + vb) / across, ln + vn
     square = 2.0 * (1.0 + cosine) + 1e-12
@@ -58,8 +57,10 @@ def lobe(
 def channel(
     albedo: Any, specular: Any, edge: Any, shine: Any, half: Any, light: Any, view: Any
 ) -> Any:
-    """One color channel of the reflectance: of the diffuse part, Fresnel reflectance at 0 and 90
-    degrees, the lobe without its Fresnel factor, and (1 - c)^5 of the cosines h.v, n.l and n.v.
+    """One color channel of the reflectance.
+
+    Takes the diffuse albedo, the Fresnel reflectances at 0 and 90 degrees, the lobe without its
+    Fresnel factor, and (1 - c)^5 of the cosines h.v, n.l and n.v.
     """
     rise = edge - specular
     through = (1.0 - specular - rise * light) * (1.0 - specular - rise * view)

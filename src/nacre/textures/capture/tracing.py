@@ -42,7 +42,7 @@ def visibility(
     """Share of points of each triangle that a light reaches, in 255ths.
 
     `heights` to `peak` are as :func:`nacre.textures.capture.traversal.intersect` takes them,
-    `lights` unit directions of shape (3, k), `points` the number of random points a triangle, the
+    `lights` unit directions of shape (3, k), `points` the number of random points per triangle, the
     same for all lights. `out`, of shape (rows, size, 2, k), begins with row `first` of the cells.
     """
     size = heights.shape[0]
@@ -184,11 +184,10 @@ def photograph(
 
     For `heights` to `peak`, see :func:`nacre.textures.capture.traversal.intersect`; for
     `coverings`, :meth:`nacre.textures.capture.mesostructure.Mesostructure.coverings`; for `visible`
-    and `lights`, :func:`visibility`. `view` is a unit direction, and `on_surface` as
-    :func:`nacre.textures.capture.gonioreflectometer.capture` has it; `depth` the largest number of
-    surface points of a path, `samples` the paths a texel, `width` and `height` the texels of the
-    whole picture, the seed of type uint64. `out`, of shape (rows, width, k, 3), begins with row
-    `first` from the top.
+    and `lights`, :func:`visibility`. `view` is a unit direction, `depth` the largest number of
+    surface points of a path, `samples` the paths per texel, `width` and `height` the texels of the
+    whole picture; for `on_surface` see :func:`nacre.textures.capture.capture`. The seed has type
+    uint64. `out`, of shape (rows, width, k, 3), begins with row `first` from the top.
     """
     size = heights.shape[0]
     sums = np.zeros((3, lights.shape[1]), np.float32)

@@ -13,7 +13,7 @@ from typing import Any
 from nacre.compile.compilation import inner
 
 _FAR = 1e30
-_PERIODS = 8  # A ray that has crossed so many periods without meeting anything has left
+_PERIODS = 8  # a ray that has crossed so many periods without meeting anything has left
 
 
 @inner  # type: ignore[untyped-decorator]
@@ -47,20 +47,11 @@ def intersect(
 ) -> Any:  # fmt: skip
     """Where a ray meets the surface first (Amanatides and Woo 1987, in two dimensions).
 
-    Parameters
-    ----------
-    heights, tops
-        Heights at the corners of cells, and the highest corner of each cell, shape (size, size).
-    floor, peak
-        Lowest and highest of all.
-    x, y, z, dx, dy, dz
-        Start of the ray, which is not below the surface, and its direction, in cells.
-
-    Returns
-    -------
-    tuple
-        Distance in units of the direction, negative where nothing is met; row and column of the
-        cell; whether in its upper triangle.
+    `heights` and `tops` have the heights at the corners of cells and the highest corner of each
+    cell, shape (size, size); `floor` and `peak` are the lowest and highest of all. The ray, in
+    cells, starts at (x, y, z), not below the surface, and goes along (dx, dy, dz). Gives the
+    distance in units of the direction, negative where nothing is met; row and column of the cell;
+    and whether the point is in its upper triangle.
     """
     size = heights.shape[0]
     column, row = math.floor(x), math.floor(y)

@@ -1,4 +1,4 @@
-"""What every way of making texels into a few values can do, and the registry of all ways.
+"""What every texture codec can do, and the registry of all of them.
 
 A codec of another kind is one module with a subclass of :class:`TexelCodec` and one line in
 :data:`CODECS`, or the entry point of another package; `docs/extending.md` has an example.
@@ -38,54 +38,26 @@ _EMBEDDED_PAIRS = 512  # pairs of directions that texels are decoded at for dist
 
 @dataclass(frozen=True, eq=False)
 class LinearBlock:
-    """Coefficients of a codec in which what is measured is linear, and what they are like.
+    """Coefficients that measurements depend on linearly, and what these are like."""
 
-    Parameters
-    ----------
-    functions
-        What multiplies the coefficients at pairs of directions, shape (n, k).
-    variances
-        Prior variances of the coefficients, shape (k,).
-    noise
-        Variance of a measurement about the sums.
-    channels
-        How many channels have coefficients of their own with these functions and variances.
-    """
-
-    functions: Floats
-    variances: npt.NDArray[np.float64]
-    noise: float
-    channels: int = 1
+    functions: Floats  # what multiplies the coefficients at pairs of directions, shape (n, k)
+    variances: npt.NDArray[np.float64]  # prior ones of the coefficients, shape (k,)
+    noise: float  # variance of a measurement about the sums
+    channels: int = 1  # so many have coefficients of their own with these functions
 
 
 @dataclass(frozen=True)
 class TrainingRun:
-    """What a codec is trained on, and where it keeps what it has so far.
+    """What a codec is trained on, and where it keeps what it has so far."""
 
-    Parameters
-    ----------
-    paths
-        Files or folders of textures.
-    load
-        Opens one.
-    state
-        What the names of files start with that keep the training, for a later run to go on from;
-        None to keep nothing. They stay, for the caller to remove once the codec is saved.
-    fingerprint
-        What must be the same for that, besides the recipe.
-    journal, events
-        CSV file with the losses, and folder for TensorBoard; for codecs that are
-        :attr:`TexelCodec.journaled`.
-    progress
-        Called as the training goes on.
-    """
-
-    paths: Sequence[PathLike]
-    load: Callable[[PathLike], Btf]
+    paths: Sequence[PathLike]  # files or folders of textures
+    load: Callable[[PathLike], Btf]  # opens one
     state: Path | None = None
-    fingerprint: str = ""
-    journal: Path | None = None
-    events: Path | None = None
+    """Start of the names of files that keep the training, so that a later run can resume it; they
+    stay, for the caller to remove once the codec is saved."""
+    fingerprint: str = ""  # what must be the same for that, besides the recipe
+    journal: Path | None = None  # CSV file with the losses, for codecs that are `journaled`
+    events: Path | None = None  # folder for TensorBoard, likewise
     progress: Progress = silent
 
     @property
@@ -95,10 +67,10 @@ class TrainingRun:
 
 
 class TexelCodec(Frozen, abc.ABC):
-    """Makes a code of a texel, at any directions, and reflectance of a code, at any others.
+    """Makes a code from a texel, at any directions, and reflectance from a code, at any others.
 
     What depends on the directions only is done once, then serves any number of texels. Subclasses
-    say with class attributes what they can do; the defaults are right for a codec of any
+    say with class attributes what they can do; the defaults suit a codec that works at any
     directions.
     """
 
@@ -131,63 +103,39 @@ class TexelCodec(Frozen, abc.ABC):
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
         """A function from texels known at n pairs of directions to their codes.
 
-        It takes reflectance factors of shape (b, n, 3) and gives shape (b, :attr:`code_dim`).
-
-        Parameters
-        ----------
-        wi, wo
-            Unit directions to the light and to the viewer, shape (n, 3).
-
-        Raises
-        ------
-        NacreError
-            If the codec is for other directions only.
+        It takes reflectance factors of shape (b, n, 3) and gives shape (b, :attr:`code_dim`). `wi`
+        and `wo` are unit directions to the light and to the viewer, shape (n, 3). A NacreError says
+        that the codec works at other directions only.
         """
 
     @abc.abstractmethod
     def decoder(self, wi: Floats, wo: Floats) -> TexelMap:
         """A function from codes, shape (b, :attr:`code_dim`), to reflectance factors (b, n, 3).
 
-        Parameters
-        ----------
-        wi, wo
-            Unit directions, shape (n, 3).
-
-        Raises
-        ------
-        NacreError
-            If the codec is for other directions only.
+        `wi` and `wo` are unit directions, shape (n, 3). A NacreError says that the codec works at
+        other directions only.
         """
 
     def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
         """Header and tensors for a file; `metadata` is in the header.
 
-        Parameters
-        ----------
-        precision
-            Of the weights, one of :data:`nacre.io.tensors.PRECISIONS`; the lowest that changes no
-            weight where None.
-
-        Raises
-        ------
-        FormatError
-            If a weight is not finite or too large, or codecs of this kind are not kept in files.
+        Weights have a precision among :data:`nacre.io.tensors.PRECISIONS`, or where None the lowest
+        that changes no weight. A FormatError says that a weight is not finite or too large, or that
+        codecs of this kind are not kept in files.
         """
-        raise FormatError(f"a {type(self).__name__} is of no kind that files hold")
+        raise FormatError(f"a {type(self).__name__} cannot be kept in a file")
 
     @classmethod
     def unpack(cls, header: dict[str, Any], tensors: Tensors) -> TexelCodec:
         """The codec that :meth:`pack` packed.
 
-        Raises
-        ------
-        KeyError, TypeError, ValueError, AttributeError, OverflowError
-            If a field is missing or bad.
+        Raises a KeyError, TypeError, ValueError, AttributeError or OverflowError if a field is
+        missing or bad.
         """
-        raise ValueError(f"a {cls.__name__} is of no kind that files hold")
+        raise ValueError(f"a {cls.__name__} cannot be kept in a file")
 
     def describe(self) -> dict[str, Any]:
-        """Sizes of what the codec is made of, JSON-able, in the order to print them."""
+        """Sizes of the codec's parts, JSON-able, in the order to print them."""
         return {}
 
     @classmethod
@@ -195,12 +143,7 @@ class TexelCodec(Frozen, abc.ABC):
         """A dataclass of how to train, from the settings that a user chose.
 
         Subclasses that can be trained name the settings as keywords with defaults; `code_dim` and
-        `seed` should be among them.
-
-        Raises
-        ------
-        NacreError
-            If a setting is impossible.
+        `seed` should be among them. A NacreError says that a setting is impossible.
         """
         raise NacreError(f"a codec of kind {cls.kind} cannot be trained")
 
@@ -212,36 +155,24 @@ class TexelCodec(Frozen, abc.ABC):
 
     @classmethod
     def train(cls, run: TrainingRun, recipe: Any) -> TexelCodec:
-        """A codec learned from textures.
+        """A codec learned from textures, by a recipe that :meth:`recipe` gave.
 
-        Parameters
-        ----------
-        run
-            Textures, and where the state of the training is kept.
-        recipe
-            What :meth:`recipe` gave.
-
-        Raises
-        ------
-        FormatError
-            If a texture cannot be read.
-        NacreError
-            If the textures do not suffice, or the state is of another training.
+        Raises a FormatError if a texture cannot be read, and a NacreError if the textures do not
+        suffice, or the state belongs to another training.
         """
         raise NacreError(f"a codec of kind {cls.kind} cannot be trained")
 
     @classmethod
     def state_files(cls, state: Path) -> list[Path]:
-        """Files that a training with this :attr:`TrainingRun.state` keeps and that are there."""
+        """The files that a training with this :attr:`TrainingRun.state` keeps, as far as they
+        exist.
+        """
         return [state] if state.exists() else []
 
     def first(self, code_dim: int) -> Self:
         """The codec of the leading values of its codes.
 
-        Raises
-        ------
-        NacreError
-            If codes have fewer values, or are not ordered by importance.
+        A NacreError says that codes have fewer values, or are not ordered by importance.
         """
         if code_dim != self.code_dim:
             raise NacreError(f"codes have {self.code_dim} values, expected {code_dim}")
@@ -252,16 +183,8 @@ class TexelCodec(Frozen, abc.ABC):
 
         The distance of two texels is the root of the mean squared difference of their square roots
         of reflectance, over the channels of all pairs of directions; here, of some pairs at random.
-
-        Parameters
-        ----------
-        wi, wo
-            The pairs, shape (n, 3).
-
-        Raises
-        ------
-        NacreError
-            If the codec decodes at other directions only.
+        The pairs `wi` and `wo` have shape (n, 3). A NacreError says that the codec decodes at other
+        directions only.
         """
         count = min(_EMBEDDED_PAIRS, len(wi))
         chosen = np.random.default_rng(0).choice(len(wi), count, replace=False)
@@ -275,14 +198,10 @@ class TexelCodec(Frozen, abc.ABC):
         return roots
 
     def linear_blocks(self, wi: Floats, wo: Floats) -> list[LinearBlock]:
-        """What measurements at pairs of directions, shape (n, 3), tell of coefficients.
+        """What measurements at pairs of directions, shape (n, 3), say about coefficients.
 
-        Directions to photograph are chosen by it, see :func:`nacre.textures.plan.informative`.
-
-        Raises
-        ------
-        NacreError
-            If the codec has no linear model.
+        Directions to photograph are chosen by it, see :func:`nacre.textures.plan.informative`. A
+        NacreError says that the codec has no linear model.
         """
         raise NacreError(
             f"plans are for codecs with a linear model, like basis; this one is {self.kind}"

@@ -24,12 +24,9 @@ Trained on 77 virtual captures: by `nacre btf capture --all -o captured`, then
 `nacre btf train captured/train/*.npz --precision half -o FILE`, for the network with
 `--model unified` and the steps that :func:`codec_facts` tells.
 """
-PUBLISHED = PRETRAINED["basis"]
-"""The default codec."""
-KEY = "nacre texel network"
-"""Name of the header in a file."""
-LIMIT = 1 << 29
-"""Bytes of a file."""
+PUBLISHED = PRETRAINED["basis"]  # the default codec
+KEY = "nacre texel network"  # name of the header in a file
+LIMIT = 1 << 29  # bytes of a file
 _WHAT = "a model of textures"
 _OTHER_NAMES = {"principal components": "pca"}  # kinds of codecs by names that files have for them
 
@@ -37,17 +34,8 @@ _OTHER_NAMES = {"principal components": "pca"}  # kinds of codecs by names that 
 def save_codec(codec: TexelCodec, path: PathLike, precision: str | None = "single") -> None:
     """Write a codec; the same codec gives the same bytes.
 
-    Parameters
-    ----------
-    codec, path
-        What to write, and where.
-    precision
-        Of the weights; see :meth:`TexelCodec.pack`.
-
-    Raises
-    ------
-    FormatError
-        If the path cannot be written, or a weight is too large.
+    For the weights' precision see :meth:`TexelCodec.pack`. A FormatError says that the path cannot
+    be written, or that a weight is too large.
     """
 
     def encode(content: TexelCodec) -> bytes:
@@ -57,8 +45,8 @@ def save_codec(codec: TexelCodec, path: PathLike, precision: str | None = "singl
 
 
 def codec_path(codec: PathLike | None) -> Path:
-    """The file of a codec: one of :data:`PRETRAINED` by name, the default one for None, or as it
-    is given.
+    """The file of a codec: one of :data:`PRETRAINED` by name, the default one for None, else the
+    path as it is given.
     """
     return PUBLISHED if codec is None else PRETRAINED.get(str(codec), Path(codec))
 
@@ -66,14 +54,9 @@ def codec_path(codec: PathLike | None) -> Path:
 def load_codec(path: PathLike) -> TexelCodec:
     """Read a codec: a file, or one of :data:`PRETRAINED` by name.
 
-    Raises
-    ------
-    FormatError
-        If the file is not a whole codec of a kind and version we know.
-    NacreError
-        If another package brings the kind of codec and does not load.
-    MissingExtraError
-        If the codec is a network of the papers and PyTorch is not installed.
+    Raises a FormatError if the file is not a whole codec of a known kind and version, a NacreError
+    if another package brings the kind of codec and does not load, and a MissingExtraError if the
+    codec is a network from the papers and PyTorch is not installed.
     """
     path = codec_path(path)
     header, tensors = from_file(path, KEY, LIMIT, _WHAT)
@@ -84,12 +67,8 @@ def load_codec(path: PathLike) -> TexelCodec:
 def unpack_codec(header: dict[str, Any], tensors: Tensors) -> TexelCodec:
     """The codec of any kind that :meth:`TexelCodec.pack` packed.
 
-    Raises
-    ------
-    KeyError, TypeError, ValueError, AttributeError, OverflowError
-        If a field is missing or bad.
-    NacreError, MissingExtraError
-        See :func:`load_codec`.
+    Raises what :meth:`TexelCodec.unpack` does where a field is missing or bad; for other errors see
+    :func:`load_codec`.
     """
     name = header["model"]
     kind = _OTHER_NAMES.get(name, name)
@@ -108,17 +87,8 @@ def codec_fingerprint(codec: TexelCodec) -> str:
 
 
 def codec_facts(path: PathLike) -> dict[str, Any]:
-    """Facts about a codec in the order to print them, JSON-able.
-
-    Parameters
-    ----------
-    path
-        As :func:`load_codec` takes it.
-
-    Raises
-    ------
-    FormatError, NacreError, MissingExtraError
-        See :func:`load_codec`.
+    """Facts about a codec in the order to print them, JSON-able; takes and raises what
+    :func:`load_codec` does.
     """
     header, tensors = from_file(path, KEY, LIMIT, _WHAT)
     with format_errors(path):
@@ -138,7 +108,6 @@ def codec_facts(path: PathLike) -> dict[str, Any]:
 
 
 def _flat(metadata: dict[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Facts about the training, without objects within objects."""
     for name, value in metadata.items():
         if name == "materials" and isinstance(value, list):
             yield "materials in training", len(value)

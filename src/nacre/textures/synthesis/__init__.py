@@ -1,4 +1,4 @@
-"""New textures of old ones: larger ones by quilting, and mixtures of two."""
+"""New textures from old ones: larger ones by quilting, and mixtures of two."""
 
 import lazy_loader
 

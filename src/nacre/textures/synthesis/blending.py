@@ -17,8 +17,7 @@ from nacre.textures.codecs.codec_file import codec_fingerprint
 from nacre.textures.latent_map import LatentMap
 from nacre.textures.synthesis.quilted_map import TEXEL_LIMIT
 
-NAMED = ("right", "down", "noise")
-"""Masks that are made rather than read."""
+NAMED = ("right", "down", "noise")  # masks that are made rather than read
 
 _PIXEL_LIMIT = 1 << 26
 _GRAY = {"1": 1.0, "L": 255.0, "I;16": 65535.0, "I;16B": 65535.0}
@@ -29,27 +28,10 @@ _STEEP = 0.5  # of noise: standard deviations within which the mask goes from a 
 
 
 def named_mask(source: PathLike, height: int, width: int, seed: int = 0) -> Floats:
-    """A mask of some size.
+    """Fractions of the second material, 0 to 1, shape (height, width).
 
-    Parameters
-    ----------
-    source
-        `right` or `down`, where a mask grows evenly; `noise`, smooth spots that tile; or an image,
-        see :func:`read_mask`, which is stretched.
-    height, width
-        Of the mask.
-    seed
-        Of noise.
-
-    Returns
-    -------
-    array
-        Fractions of the second material, 0 to 1, shape (height, width).
-
-    Raises
-    ------
-    FormatError
-        See :func:`read_mask`.
+    The source is `right` or `down`, where a mask grows evenly; `noise`, smooth spots that tile, by
+    a seed; or an image, which is stretched. For that and its errors see :func:`read_mask`.
     """
     if source == "noise":
         white = np.random.default_rng(seed).normal(size=(height, width))
@@ -64,25 +46,17 @@ def named_mask(source: PathLike, height: int, width: int, seed: int = 0) -> Floa
 
 
 def read_mask(path: PathLike) -> Floats:
-    """An image as fractions: black is 0 and white 1, with no display curve.
+    """An image as fractions: black is 0 and white 1, without a display curve.
 
-    Parameters
-    ----------
-    path
-        PNG or JPEG, of grays with 1, 8 or 16 bits or of colors that are gray.
-
-    Raises
-    ------
-    FormatError
-        If it cannot be read, is no such image, is colored or not opaque, or has too many pixels.
-    MissingExtraError
-        If Pillow is not installed.
+    It is PNG or JPEG, in grays with 1, 8 or 16 bits or in colors that are gray. Raises a
+    FormatError if it cannot be read, is no such image, is colored or not opaque, or has too many
+    pixels, and a MissingExtraError if Pillow is not installed.
     """
     path = Path(path)
     if not path.exists():
-        raise FormatError(f"{path}: is no file, nor a named mask ({', '.join(NAMED)})")
+        raise FormatError(f"{path}: is neither a file nor a named mask ({', '.join(NAMED)})")
     if not first_bytes(path).startswith((PNG_MAGIC, JPEG_MAGIC)):
-        raise FormatError(f"{path}: a mask is a PNG or JPEG image of grays")
+        raise FormatError(f"{path}: a mask is a gray PNG or JPEG image")
     pillow = require("PIL.Image", "render")
     try:
         with pillow.open(path, formats=["PNG", "JPEG"]) as image:
@@ -105,7 +79,6 @@ def read_mask(path: PathLike) -> Floats:
 
 
 def _gray(path: Path, pixels: npt.NDArray[np.uint8], mode: str) -> Floats:
-    """Pixels of three equal channels, or of one and opacity, as fractions."""
     colors = pixels[..., :3] if mode.startswith("RGB") else pixels[..., :1]
     if mode.endswith("A") and (pixels[..., -1] < 255).any():
         raise FormatError(f"{path}: is transparent in places; save the mask as an opaque image")
@@ -126,26 +99,17 @@ def _stretched(mask: Floats, height: int, width: int) -> Floats:
 def blend(
     first: LatentMap, second: LatentMap, mask: Floats, *, keep_contrast: bool = True
 ) -> LatentMap:
-    """A texture that goes from one material to another.
+    """A texture that goes from one material to another, where a mask of shape (height, width) goes
+    from 0 to 1.
 
-    Codes are weighed means (Rainer et al. 2020, section 5.2, on the stability of the space). Maps
-    that are smaller than the mask repeat; synthesize a larger one first where that would show.
+    Codes are weighted means (Rainer et al. 2020, section 5.2, on the stability of the space). Maps
+    that are smaller than the mask repeat; synthesize a larger one first where that would show. With
+    `keep_contrast`, deviations from each material's mean code, which are unlike and partly cancel
+    in a mean, are made larger again by the root of the sum of the squared weights (Heitz and Neyret
+    2018, "High-Performance By-Example Noise"). Without it the middle between two textures is hazy.
 
-    Parameters
-    ----------
-    first, second
-        Of the same codec.
-    mask
-        Fraction of the second, 0 to 1, shape (height, width) of the output.
-    keep_contrast
-        Whether deviations from each material's mean code, which are unlike and partly cancel in a
-        mean, are made larger again by the root of the sum of the squared weights (Heitz and Neyret
-        2018, "High-Performance By-Example Noise"). Else the middle of two textures is hazy.
-
-    Raises
-    ------
-    NacreError
-        If the codecs differ, or the mask is empty, too large, or not of numbers within 0 and 1.
+    Raises a NacreError if the codecs differ, or the mask is empty, too large, or has numbers
+    outside of 0 to 1.
     """
     if not same_codec(first, second):
         raise NacreError(

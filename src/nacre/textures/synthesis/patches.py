@@ -1,4 +1,4 @@
-"""How well every patch of a texture fits over texels that are given, by Fourier transforms."""
+"""How well every patch of a texture fits over given texels, by Fourier transforms."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class PatchSearch:
 
     A sum over a patch is the energy of the given texels, less twice their correlation with the
     texture, plus the correlation of the texture's energy with where texels are given. All
-    correlations of a search come back in a single inverse transform. Features have shape (height,
+    correlations of a search come from a single inverse transform. Features have shape (height,
     width, k); patches of a periodic texture may reach over an edge and go on at the opposite one.
     """
 
@@ -29,7 +29,7 @@ class PatchSearch:
         self.rows, self.columns = height - beyond, width - beyond  # places of a first texel
 
     def errors(self, given: Floats, known: npt.NDArray[np.bool_]) -> Double:
-        """Sums of squares of every patch, shape (rows, columns), by the place of its first texel.
+        """Sums of squares for every patch, shape (rows, columns), by the place of its first texel.
 
         Features of the given texels have shape (patch, patch, k); those that are known count.
         """
@@ -47,7 +47,7 @@ def minimum_error_cut(errors: npt.NDArray[np.float64]) -> npt.NDArray[np.intp]:
     """The path from the first row to the last whose errors, of shape (rows, columns), have the
     lowest sum: its column in each row, shape (rows,).
 
-    It steps by at most one column a row (Efros and Freeman 2001, section 2.1). Of paths with the
+    It steps by at most one column per row (Efros and Freeman 2001, section 2.1). Of paths with the
     same sum, it is the one that ends, and then goes, most to the left.
     """
     rows, columns = errors.shape
@@ -71,10 +71,10 @@ def inside_cuts(
 ) -> npt.NDArray[np.bool_]:
     """Which texels of a patch lie inside the cuts through its overlaps.
 
-    What a cut costs is the squared difference across it, between the last texel of what was there
-    and the first of the patch: the seam that will be seen. The paper takes the difference of the
-    two at the same texel. Features have shape (n, n, k); widths of overlaps are below n, 0 where
-    there is none.
+    A cut costs the squared difference across it, between the last texel of what was there and the
+    first of the patch: the seam that will be seen. The paper takes the difference of the two at the
+    same texel. Features have shape (n, n, k); widths of overlaps are below n, 0 where there is
+    none.
     """
     inside = np.ones(new.shape[:2], np.bool_)
     old_down, new_down = old.swapaxes(0, 1), new.swapaxes(0, 1)
@@ -86,7 +86,7 @@ def inside_cuts(
 
 
 def _cut(old: Floats, new: Floats, inside: npt.NDArray[np.bool_], width: int) -> None:
-    """Take what lies left of the cut through an overlap at the left out of `inside`."""
+    """Remove from `inside` what lies left of the cut through an overlap at the left."""
     if width:
         steps = new[:, 1 : width + 1] - old[:, :width]
         path = minimum_error_cut(np.square(steps).sum(-1, dtype=np.float64))

@@ -1,4 +1,4 @@
-"""Maps of codes made larger, of texels that they have."""
+"""Maps of codes made larger, from texels that they have."""
 
 from __future__ import annotations
 
@@ -28,35 +28,18 @@ _LEFT_OUT = 0.01  # fraction of the variance that components may leave
 _BLOCK = 1 << 12  # texels at a time
 
 
-def texel_features(latent: LatentMap, max_count: int = 16, seed: int = 0) -> Floats:
+def texel_features(latent: LatentMap, max_count: int = 16) -> Floats:
     """Principal components of how texels look at the directions of a map.
 
     Squared distances are those of :meth:`nacre.textures.codecs.TexelCodec.embedding`, but for the
-    hundredth of the variance that is left out.
-
-    Parameters
-    ----------
-    latent
-        Codes and what decodes them.
-    max_count
-        Largest number of components.
-    seed
-        Of the texels that they are found from, where there are many.
-
-    Returns
-    -------
-    array
-        Shape (height, width, components), their means zero.
-
-    Raises
-    ------
-    FormatError
-        If a code decodes to what is no number.
+    hundredth of the variance that is left out, or more with `max_count` components. Gives shape
+    (height, width, components), with means of zero. A FormatError says that a code decodes to
+    values that are not finite.
     """
     height, width, values = latent.codes.shape
     codes = latent.codes.reshape(-1, values).astype(np.float32)
     total = len(codes)
-    some = np.random.default_rng(seed).choice(total, min(_TEXELS, total), replace=False)
+    some = np.random.default_rng(0).choice(total, min(_TEXELS, total), replace=False)
     with one_blas_thread():  # the same features on any number of cores
         embed = latent.codec.embedding(latent.wi, latent.wo)
         seen = check_decoded(embed(codes[np.sort(some)]).astype(np.float64), latent.name)
@@ -71,36 +54,20 @@ def texel_features(latent: LatentMap, max_count: int = 16, seed: int = 0) -> Flo
     return check_decoded(features, latent.name).reshape(height, width, -1)
 
 
-TEXEL_LIMIT = 1 << 24
-"""Most texels of a map that is made."""
+TEXEL_LIMIT = 1 << 24  # most texels of a map that is made
 
 
 @dataclass(frozen=True, eq=False)
 class QuiltedMap:
-    """What :func:`synthesize` made.
-
-    Parameters
-    ----------
-    latent
-        The codes.
-    sources
-        Which texel of the input each is.
-    settings
-        How patches were laid.
-    contrast
-        Of seams, in what texels look like over all directions.
-    used
-        Share of the input's texels that are in the output.
-    """
+    """What :func:`synthesize` made."""
 
     latent: LatentMap
-    sources: Sources
+    sources: Sources  # the texel of the input that each texel is
     settings: Quilting
-    contrast: SeamContrast
-    used: float
+    contrast: SeamContrast  # of seams, in what texels look like over all directions
+    used: float  # share of the input's texels that are in the output
 
     def facts(self) -> dict[str, Any]:
-        """JSON-able."""
         names = {"periodic": "input tiles", "tile": "output tiles"}
         settings = {names.get(key, key): value for key, value in asdict(self.settings).items()}
         return settings | {
@@ -123,36 +90,15 @@ def synthesize(
     seed: int = 0,
     progress: Progress = silent,
 ) -> QuiltedMap:
-    """A texture of any size that looks like another: image quilting of its codes.
+    """A texture of any size, in texels, that looks like another: image quilting of its codes.
 
     Every texel has the code of one of the input's, bit by bit (Rainer et al. 2020, figure 10; Efros
-    and Freeman 2001).
+    and Freeman 2001). Settings are those of :class:`nacre.textures.synthesis.quilting.Quilting`;
+    what is None there is found from the texture: patches and their overlap, in texels, and whether
+    the input tiles. Progress is called with the patches laid.
 
-    Parameters
-    ----------
-    latent
-        The input.
-    height, width
-        Of the output, in texels.
-    patch, overlap
-        Edge of patches and how far they overlap, in texels; from the texture where None.
-    tolerance
-        See :class:`nacre.textures.synthesis.quilting.Quilting`.
-    periodic
-        Whether the input tiles; found out where None.
-    tile
-        Whether the output shall.
-    seed
-        The same gives the same output.
-    progress
-        Called with the patches laid.
-
-    Raises
-    ------
-    NacreError
-        If a size is out of range, or patches are larger than the input or the output.
-    FormatError
-        If a code decodes to what is no number.
+    Raises a NacreError if a size is out of range, or patches are larger than the input or the
+    output, and a FormatError if a code decodes to values that are not finite.
     """
     if min(height, width) < 2 or height * width > TEXEL_LIMIT:
         raise NacreError(

@@ -1,4 +1,4 @@
-"""Image quilting: a texture made larger of patches of its own (Efros and Freeman 2001)."""
+"""Image quilting: a texture made larger from patches of its own (Efros and Freeman 2001)."""
 
 from __future__ import annotations
 
@@ -23,39 +23,19 @@ Sources = npt.NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Quilting:
-    """How patches are laid.
+    """How patches are laid; a ValueError says that a number is out of range."""
 
-    Parameters
-    ----------
-    patch
-        Edge of a patch in texels, at least 2.
-    overlap
-        Texels by which neighbors overlap, from 1 to half a patch.
-    tolerance
-        A patch is drawn from all whose error is at most this fraction above the lowest.
-    periodic
-        Whether the input tiles: patches may reach over its edges.
-    tile
-        Whether the output shall tile.
-    seed
-        Of what is drawn.
-
-    Raises
-    ------
-    ValueError
-        If one is out of range.
-    """
-
-    patch: int
-    overlap: int
+    patch: int  # edge of a patch in texels, at least 2
+    overlap: int  # texels by which neighbors overlap, from 1 to half a patch
     tolerance: float = 0.1
-    periodic: bool = False
-    tile: bool = False
+    """Patches are drawn from all with errors at most this fraction above the lowest."""
+    periodic: bool = False  # whether the input tiles: patches may reach over its edges
+    tile: bool = False  # whether the output shall tile
     seed: int = 0
 
     def __post_init__(self) -> None:
         if self.patch < 2:
-            raise ValueError(f"a patch has at least 2 texels an edge, not {self.patch}")
+            raise ValueError(f"a patch has at least 2 texels per edge, not {self.patch}")
         if not 1 <= self.overlap <= self.patch // 2:
             raise ValueError(
                 f"patches of {self.patch} overlap by 1 to {self.patch // 2} texels, "
@@ -70,31 +50,14 @@ def quilt(
 ) -> Sources:
     """Lay patches in rows, each where it fits best over those before, and cut the overlaps.
 
-    Two things go beyond the paper, so that the output is not the input over again. A patch that
-    would only go on where a neighbor ends in the input, or nearly, is not taken, unless there is
-    no other. And the more often texels have been used, the more errors of patches of them count:
-    else what fits anywhere, which is what is flat, comes to prevail.
+    Two things go beyond the paper, so that the output does not just repeat the input. A patch that
+    would only go on where a neighbor ends in the input, or nearly, is not taken, unless there is no
+    other. And the more often texels have been used, the more errors of patches with them count:
+    otherwise what fits anywhere, which is what is flat, comes to prevail.
 
-    Parameters
-    ----------
-    features
-        Of the input, distances of which are what cuts minimize, shape (rows, columns, k).
-    height, width
-        Of the output.
-    settings
-        How.
-    progress
-        Called with the patches laid.
-
-    Returns
-    -------
-    array
-        See :data:`Sources`.
-
-    Raises
-    ------
-    ValueError
-        If a patch is larger than the input or the output.
+    The input's features, shape (rows, columns, k), have the distances that cuts minimize. Height
+    and width are the output's, and :data:`Sources` is what it is given as. Progress is called with
+    the patches laid. A ValueError says that a patch is larger than the input or the output.
     """
     patch = settings.patch
     if patch > min(*features.shape[:2], height, width):
@@ -108,8 +71,6 @@ def quilt(
 
 
 class _Canvas:
-    """The output while it is made."""
-
     def __init__(self, features: Floats, height: int, width: int, settings: Quilting) -> None:
         self._settings = settings
         self._input = features.shape[:2]
@@ -122,7 +83,6 @@ class _Canvas:
         self.sources = np.full((height, width) if settings.tile else ends, -1, np.intp)
 
     def lay(self, row: int, column: int) -> None:
-        """Lay the patch of a row and a column of patches."""
         around = np.arange(self._settings.patch)
         height, width = self.sources.shape
         down, across = self.starts
@@ -141,7 +101,9 @@ class _Canvas:
         self.sources[place] = laid
 
     def _overlaps(self, axis: int, index: int) -> tuple[int, int]:
-        """Of a patch with the one before, and of the last with the first where the output tiles."""
+        """Overlap of a patch with the one before, and of the last with the first where the output
+        tiles.
+        """
         starts, patch = self.starts[axis], self._settings.patch
         before = starts[index - 1] + patch - starts[index] if index else 0
         last = index == len(starts) - 1 and self._settings.tile
@@ -164,7 +126,7 @@ class _Canvas:
         return y, x
 
     def _repetition(self, shape: tuple[int, int]) -> npt.NDArray[np.float64]:
-        """What errors are multiplied by, given how often the texels of a patch have been used."""
+        """Factor on errors, from how often the texels of a patch have been used."""
         size = self._settings.patch
         mean = uniform_filter(self._used, size, mode="wrap", origin=-(size // 2))
         weights: npt.NDArray[np.float64] = 1.0 + _REPETITION * mean / self._used.mean()

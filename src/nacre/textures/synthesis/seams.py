@@ -16,7 +16,7 @@ Edges = tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]
 
 
 def seams(sources: Sources, height: int, width: int, *, periodic: bool, tile: bool) -> Edges:
-    """Where neighbors of the output, of such sources, are no neighbors in the input.
+    """Where neighbors in the output, with such sources, are no neighbors in the input.
 
     Texels of opposite edges are neighbors in an input that is periodic, and in an output that
     tiles; where that does not, nothing lies beyond its last row and column.
@@ -40,17 +40,12 @@ def seams(sources: Sources, height: int, width: int, *, periodic: bool, tile: bo
 class SeamContrast:
     """Differences across seams against those between all other neighbors.
 
-    Parameters
-    ----------
-    ratio
-        Of root mean squares; 1 where seams are no stronger than what is in the texture anyway, None
-        where there is no seam or the inside is even.
-    fraction
-        Of all pairs of neighbors, how many have a seam between them.
+    The ratio compares root mean squares: 1 where seams are no stronger than what is in the texture
+    anyway, None where there is no seam or the inside is even.
     """
 
     ratio: float | None
-    fraction: float
+    fraction: float  # share of all pairs of neighbors that have a seam between them
 
 
 def seam_contrast(values: Floats, edges: Edges, *, tile: bool) -> SeamContrast:

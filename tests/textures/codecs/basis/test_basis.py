@@ -14,6 +14,7 @@ from nacre.measured.textures.domes import BONN, Dome, below, pairs
 from nacre.numerics.channels import CHROMA, CHROMA_PERMUTATIONS, LUMA, PERMUTATIONS, split_colors
 from nacre.numerics.mlp import Layer
 from nacre.numerics.pca import leading_components
+from nacre.textures.codecs.basis.codec import BasisCodec
 from nacre.textures.codecs.basis.colors import (
     join_components,
     join_reflectance,
@@ -217,7 +218,6 @@ def made_texture(seed: int, wi: Floats, wo: Floats) -> TableBtf:
 def codec():
     pytest.importorskip("torch", reason="training takes PyTorch")
     from nacre.textures.codecs.basis.recipe import BasisRecipe
-    from nacre.textures.codecs.basis.training import train_basis
 
     recipe = BasisRecipe(
         code_dim=8, luma_count=12, chroma_count=4, width=32, wide=64, hidden=32, completing=32,
@@ -225,7 +225,7 @@ def codec():
     )  # fmt: skip
     wi, wo = SMALL.pairs()
     textures = [lambda seed=seed: made_texture(seed, wi, wo) for seed in range(6)]
-    return train_basis(run_of(textures), recipe)
+    return BasisCodec.train(run_of(textures), recipe)
 
 
 def relative_error(decoded: Floats, texels: Floats) -> float:
@@ -265,7 +265,6 @@ def test_directions_of_another_dome_are_encoded_and_decoded(codec) -> None:
 
 def test_the_same_seed_gives_the_same_codec(codec) -> None:
     from nacre.textures.codecs.basis.recipe import BasisRecipe
-    from nacre.textures.codecs.basis.training import train_basis
 
     wi, wo = SMALL.pairs()
     recipe = BasisRecipe(
@@ -273,7 +272,10 @@ def test_the_same_seed_gives_the_same_codec(codec) -> None:
         texels=30, coded_texels=20, function_steps=20, code_steps=20,
     )  # fmt: skip
     textures = [lambda: made_texture(0, wi, wo)]
-    one, other = train_basis(run_of(textures), recipe), train_basis(run_of(textures), recipe)
+    one, other = (
+        BasisCodec.train(run_of(textures), recipe),
+        BasisCodec.train(run_of(textures), recipe),
+    )
     np.testing.assert_array_equal(one.decode.linear, other.decode.linear)
     np.testing.assert_array_equal(one.functions.last.weights, other.functions.last.weights)
 
@@ -290,7 +292,6 @@ def small_recipe(**sizes: int):
 
 def test_gray_textures_leave_colors_to_uniform_texels() -> None:
     recipe = small_recipe()
-    from nacre.textures.codecs.basis.training import train_basis
 
     wi, wo = SMALL.pairs()
 
@@ -298,7 +299,7 @@ def test_gray_textures_leave_colors_to_uniform_texels() -> None:
         values = made_texture(seed, wi, wo).values.mean(-1, keepdims=True)
         return TableBtf(np.repeat(values, 3, -1), wi, wo)
 
-    codec = train_basis(run_of([lambda seed=seed: grey(seed) for seed in range(3)]), recipe)
+    codec = BasisCodec.train(run_of([lambda seed=seed: grey(seed) for seed in range(3)]), recipe)
     assert (codec.functions.luma_count, codec.functions.chroma_count) == (6, 1)
     even = codec.functions(wi, wo).chroma[:, 0]
     assert even.std() < 0.1 * abs(even.mean())
@@ -306,10 +307,9 @@ def test_gray_textures_leave_colors_to_uniform_texels() -> None:
 
 def test_one_texture_is_enough_to_learn_from() -> None:
     recipe = small_recipe(texels=1)
-    from nacre.textures.codecs.basis.training import train_basis
 
     wi, wo = SMALL.pairs()
-    codec = train_basis(run_of([lambda: made_texture(0, wi, wo)]), recipe)
+    codec = BasisCodec.train(run_of([lambda: made_texture(0, wi, wo)]), recipe)
     assert codec.functions.luma_count == 6
 
 
@@ -323,11 +323,10 @@ def test_cards_of_one_color_come_back(codec) -> None:
 
 def test_more_functions_than_pairs_are_cut() -> None:
     recipe = small_recipe(luma_count=96, chroma_count=16)
-    from nacre.textures.codecs.basis.training import train_basis
 
     wi, wo = (w[:40] for w in SMALL.pairs())
     textures = [lambda seed=seed: made_texture(seed, wi, wo) for seed in range(3)]
-    codec = train_basis(run_of(textures), recipe)
+    codec = BasisCodec.train(run_of(textures), recipe)
     assert codec.functions.luma_count <= 40
     assert codec.decoder(wi, wo)(np.zeros((1, 4), np.float32)).shape == (1, 40, 3)
 
@@ -337,12 +336,11 @@ def test_more_functions_than_pairs_are_cut() -> None:
 )
 def test_textures_to_learn_nothing_from_are_refused(level: float, message: str) -> None:
     recipe = small_recipe()
-    from nacre.textures.codecs.basis.training import train_basis
 
     wi, wo = SMALL.pairs()
     even = TableBtf(np.full((8, 8, len(wi), 3), level, np.float32), wi, wo, "even")
     with pytest.raises(NacreError, match=message):
-        train_basis(run_of([lambda: even]), recipe)
+        BasisCodec.train(run_of([lambda: even]), recipe)
 
 
 def test_training_takes_no_more_texels_than_memory_has_room_for() -> None:
@@ -358,14 +356,13 @@ def test_training_takes_no_more_texels_than_memory_has_room_for() -> None:
 def test_textures_of_other_directions_are_refused() -> None:
     pytest.importorskip("torch", reason="training takes PyTorch")
     from nacre.textures.codecs.basis.recipe import BasisRecipe
-    from nacre.textures.codecs.basis.training import train_basis
 
     wi, wo = SMALL.pairs()
     textures = [lambda: made_texture(0, wi, wo), lambda: made_texture(1, wi[:-1], wo[:-1])]
     with pytest.raises(NacreError, match="made1: is not measured at the directions of made0"):
-        train_basis(run_of(textures), BasisRecipe())
+        BasisCodec.train(run_of(textures), BasisRecipe())
     with pytest.raises(NacreError, match="at least 128 texels to learn from; there are 0"):
-        train_basis(run_of([]), BasisRecipe())
+        BasisCodec.train(run_of([]), BasisRecipe())
 
 
 @pytest.mark.parametrize(("name", "value"), [("code_dim", 0), ("hidden", -1), ("seed", -1)])

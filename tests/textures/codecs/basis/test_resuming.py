@@ -22,7 +22,6 @@ class Killed(BaseException):
 @pytest.mark.parametrize("turn", [1, 2], ids=["texels", "coefficients"])
 def test_what_has_been_read_is_not_read_again(tmp_path, turn) -> None:
     from nacre.textures.codecs.basis.recipe import BasisRecipe
-    from nacre.textures.codecs.basis.training import train_basis
 
     recipe = BasisRecipe(
         code_dim=4, luma_count=6, chroma_count=2, width=8, wide=8, hidden=8, completing=8,
@@ -45,13 +44,13 @@ def test_what_has_been_read_is_not_read_again(tmp_path, turn) -> None:
     textures = [opening(seed) for seed in range(5)]
     run = run_of(textures, state=tmp_path / "state")
     with pytest.raises(Killed):
-        train_basis(run, recipe)
+        BasisCodec.train(run, recipe)
     killing = False
-    resumed = train_basis(run, recipe)
+    resumed = BasisCodec.train(run, recipe)
     assert reads == {0: 2, 1: 2, 2: 2, 3: 3, 4: 2}
     kept = {path.name for path in tmp_path.iterdir()}
     assert not any("texels-" in name or "coefficients-" in name for name in kept)
-    whole = train_basis(run_of(textures), recipe)
+    whole = BasisCodec.train(run_of(textures), recipe)
     for one, other in ((resumed.decode, whole.decode), (resumed.complete, whole.complete)):
         np.testing.assert_array_equal(one.linear, other.linear)
     assert set(BasisCodec.state_files(tmp_path / "state")) == set(tmp_path.iterdir())

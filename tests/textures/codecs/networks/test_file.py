@@ -92,7 +92,7 @@ def test_half_precision_takes_half_the_bytes_and_decodes_alike(tmp_path):
         (("settings", "angular"), [8, 8.5], "setting angular"),
         (("settings", "hidden"), [], "hidden must be widths"),
         (("settings", "pooling"), "sum", "pooling must be one of"),
-        (("settings", "other"), 1, "others than this nacre knows"),
+        (("settings", "other"), 1, "not those that this nacre knows"),
         (("settings",), 3, "a field of its header has the wrong type"),
     ],
 )

@@ -26,7 +26,7 @@ from nacre.textures.codecs.networks import (
     UnifiedSettings,
     training,
 )
-from nacre.textures.codecs.networks.journal import COLUMNS, Journal, read_journal
+from nacre.textures.codecs.networks.journal import COLUMNS, Journal
 from tests.textures.codecs.networks.made import OTHER, texture
 from tests.textures.support import ByImage
 
@@ -213,7 +213,6 @@ def test_a_state_of_another_training_or_a_damaged_one_is_refused(tmp_path):
 def test_a_journal_with_damage_is_refused_or_goes_on(tmp_path, row):
     path = tmp_path / "x.csv"
     path.write_text(f"{','.join(COLUMNS)}\n1,1,1,1,\n{row}\n", encoding="utf-8")
-    assert [found.step for found in read_journal(path)] in ([1], [])
     if "x" in row:
         with pytest.raises(NacreError, match=r"x\.csv: is damaged"):
             Journal(path, 5)

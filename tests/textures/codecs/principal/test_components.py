@@ -35,23 +35,19 @@ def texture(seed: int, size: int = 5) -> TableBtf:
 TEXTURES = [partial(texture, seed) for seed in range(3)]
 
 
-def written_out(permute: bool, turn: bool, weigh: bool) -> tuple[np.ndarray, np.ndarray]:
+def written_out() -> tuple[np.ndarray, np.ndarray]:
     """Every texel in every order of channels and turn, shape (rows, 3 n), and its weight."""
     texels = np.concatenate([t().texels(slice(None)) for t in TEXTURES]).astype(np.float64)
-    weights = 1.0 / (texels.mean((1, 2)) + 0.01) if weigh else np.ones(len(texels))
-    channels = list(itertools.permutations(range(3))) if permute else [(0, 1, 2)]
-    turns = symmetric_rotations(*RING) if turn else [np.arange(len(RING[0]))]
+    weights = 1.0 / (texels.mean((1, 2)) + 0.01)
+    channels = list(itertools.permutations(range(3)))
+    turns = symmetric_rotations(*RING)
     rows = [texels[:, t][:, :, c].reshape(len(texels), -1) for c in channels for t in turns]
     return np.concatenate(rows), np.tile(weights, len(rows))
 
 
-@pytest.mark.parametrize("permute", [True, False])
-@pytest.mark.parametrize("turn", [True, False])
-@pytest.mark.parametrize("weigh", [True, False])
-def test_components_are_eigenvectors_of_data_written_out(permute, turn, weigh):
-    recipe = PcaRecipe(VALUES, permute=permute, rotate=turn, weigh=weigh)
-    codec = find_components(TEXTURES, recipe)
-    rows, weights = written_out(permute, turn, weigh)
+def test_components_are_eigenvectors_of_data_written_out():
+    codec = find_components(TEXTURES, PcaRecipe(VALUES))
+    rows, weights = written_out()
     weights = weights / weights.mean()
     mean = weights @ rows / weights.sum()
     scaled = (rows - mean) * np.sqrt(weights)[:, None]
@@ -64,20 +60,6 @@ def test_components_are_eigenvectors_of_data_written_out(permute, turn, weigh):
     np.testing.assert_allclose(kept, exact[:VALUES], rtol=1e-3)
     left = exact[VALUES:].sum() / rows.shape[1]
     assert codec.noise == pytest.approx(left, rel=2e-3, abs=1e-7)
-
-
-def test_all_pairs_give_the_projection():
-    codec = find_components(TEXTURES[:1], PcaRecipe.own(VALUES))
-    texels = TEXTURES[0]().texels(slice(None))
-    centred = texels.reshape(len(texels), -1) - codec.mean.reshape(-1)
-    flat = codec.components.reshape(VALUES, -1)
-    codes = codec.encoder(*RING)(texels)
-    np.testing.assert_allclose(codes, centred @ flat.T, rtol=0.03, atol=2e-3)  # the ridge
-    found = codec.decoder(*RING)(codes)
-    error = np.square(found - texels).mean()
-    singular = np.linalg.svd(centred, compute_uv=False) ** 2
-    assert error <= 1.02 * singular[VALUES:].sum() / texels.size
-    assert (found >= 0.0).all()
 
 
 def test_fewer_pairs_give_least_squares_with_the_variances():
@@ -102,7 +84,7 @@ def test_the_strongest_components_are_a_codec_of_their_own():
     assert fewer.code_dim == 4
     assert fewer.noise == pytest.approx(same.noise, rel=1e-2)
     np.testing.assert_allclose(fewer.variances, same.variances, rtol=1e-3)
-    with pytest.raises(NacreError, match="there are 9 principal components only"):
+    with pytest.raises(NacreError, match="there are only 9 principal components"):
         whole.first(10)
 
 
@@ -139,10 +121,9 @@ def test_too_few_texels_and_bad_sizes_are_refused():
         find_components(TEXTURES[:1], PcaRecipe(32))
     six = texture(0)
     six = TableBtf(six.values[:, :, :6], six.wi[:6], six.wo[:6], "six")
-    for recipe in (PcaRecipe(19, rotate=False), PcaRecipe.own(19)):
-        with pytest.raises(NacreError, match="6 pairs of directions are too few for 19"):
-            find_components([lambda: six], recipe)
-        assert find_components([lambda: six], recipe, min_count=4).code_dim == 18
+    with pytest.raises(NacreError, match="6 pairs of directions are too few for 19"):
+        find_components([lambda: six], PcaRecipe(19))
+    assert find_components([lambda: six], PcaRecipe(19), min_count=4).code_dim == 18
     assert find_components(TEXTURES[:1], PcaRecipe(32), min_count=25).code_dim == 25
     with pytest.raises(ValueError, match="code_dim must be positive"):
         PcaRecipe(0)

@@ -15,9 +15,11 @@ from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.recipe import BasisRecipe
 from nacre.textures.codecs.codec import CODECS, TexelCodec, TrainingRun
 from nacre.textures.codecs.codec_file import PRETRAINED, load_codec
-from nacre.textures.codecs.principal import PcaRecipe, find_components
+from nacre.textures.codecs.principal.analysis import PcaRecipe
+from nacre.textures.codecs.principal.codec import find_components
 from nacre_lab.reproduce.cache import module_digest
 from nacre_lab.reproduce.textures.materials import Material
+from nacre_lab.reproduce.textures.own_components import own_components
 
 _COMPONENTS = 32
 """Number of components found at once, if possible; smaller codes use the first of them."""
@@ -209,9 +211,13 @@ def _train_network(method: Method, run: TrainingRun, settings: dict[str, Any]) -
 
 def _pca_recipe(method: Method, settings: TrainingSettings) -> PcaRecipe:
     values = -(-method.code_dim // _COMPONENTS) * _COMPONENTS
-    if method.own:
-        return PcaRecipe.own(values, seed=settings.seed)
     return PcaRecipe(values, settings.texels, seed=settings.seed)
+
+
+def _find_components(method: Method, run: TrainingRun, recipe: PcaRecipe) -> TexelCodec:
+    if method.own:
+        return own_components(run.textures[0](), recipe.code_dim, recipe.seed)
+    return find_components(run.textures, recipe, run.progress, min_count=1)
 
 
 def _basis_recipe(method: Method, settings: TrainingSettings) -> BasisRecipe:
@@ -241,8 +247,8 @@ _NETWORK = _network_recipe, _train_network, ("textures/codecs/networks/*.py", "n
 _BASIS = "textures/codecs/basis/*.py", "numerics/mlp.py", "numerics/muon.py", *_CHOICES
 _PCA = (
     _pca_recipe,
-    lambda _, run, recipe: find_components(run.textures, recipe, run.progress, min_count=1),
-    ("textures/codecs/principal/*.py", *_CHOICES),
+    _find_components,
+    ("textures/codecs/principal/*.py", "reproduce/textures/own_components.py", *_CHOICES),
 )
 KINDS: Mapping[str, Kind] = {
     "unified": Kind(

@@ -2,17 +2,43 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 from nacre.figures.page import Figure
 from nacre.textures.codecs.codec import TexelCodec
-from nacre.textures.codecs.networks.journal import Row, read_journal
+from nacre.textures.codecs.networks.journal import COLUMNS
 from nacre_lab.reproduce.chart import charts, dress, line_style
 from nacre_lab.reproduce.tables import markdown_table
 from nacre_lab.reproduce.textures.methods import Method
+
+
+class Row(NamedTuple):
+    """What a training writes down at a step; no validation at most of them."""
+
+    step: int
+    seconds: float
+    learning_rate: float
+    loss: float
+    validation: float | None
+
+
+def read_journal(path: Path) -> list[Row]:
+    """Whole rows of a journal; none where there is no file, or it is damaged."""
+    try:
+        with path.open(newline="", encoding="utf-8", errors="replace") as file:
+            header, *rows = csv.reader(file)
+        if tuple(header) != COLUMNS:
+            return []
+        return [
+            Row(int(step), float(seconds), float(rate), float(loss), float(last) if last else None)
+            for step, seconds, rate, loss, last in (r for r in rows if len(r) == len(COLUMNS))
+        ]
+    except (OSError, ValueError, csv.Error):
+        return []
 
 
 @dataclass(frozen=True)

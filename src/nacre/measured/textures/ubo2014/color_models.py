@@ -1,6 +1,6 @@
 """How the three channels that are factored become linear RGB, and back.
 
-The formulas and constants are those of the `undecorrelate` function in btflib, the reader of the
+The formulas and constants are those of the `undecorrelate` function in btflib, the reader by the
 University of Bonn (github.com/cgbonn/btflib).
 """
 
@@ -12,8 +12,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-
-from nacre.array import Floats
 
 
 class ColorModel(IntEnum):
@@ -29,8 +27,7 @@ class ColorModel(IntEnum):
     LOG_RGB = 12
 
 
-EPSILON = 1e-5
-"""Added before a logarithm is taken."""
+EPSILON = 1e-5  # added before a logarithm is taken
 
 LARGEST_LOGARITHM = 20.0
 """Logarithms are taken to be at most this, so that no value overflows; e^20 is 5e8."""
@@ -42,15 +39,7 @@ _IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 @dataclass(frozen=True, eq=False)
 class Decorrelation:
-    """A color model with its parameters.
-
-    Parameters
-    ----------
-    model
-        Which one.
-    mean, matrix
-        Of :attr:`ColorModel.PCA`: a color is `channels @ matrix + mean`. Unused by the others.
-    """
+    """A color model; for :attr:`ColorModel.PCA` a color is `channels @ matrix + mean`."""
 
     model: ColorModel
     mean: npt.ArrayLike = (0.0, 0.0, 0.0)
@@ -79,10 +68,7 @@ class Decorrelation:
         return channels if matrix is None else _mixed(matrix, channels)
 
     def from_rgb(self, rgb: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        """Channels of linear RGB, shape (3, ...), contiguous.
-
-        The inverse of :meth:`to_rgb` for colors that are not negative.
-        """
+        """Channels of linear RGB, (3, ...), contiguous: the inverse of :meth:`to_rgb` from 0 up."""
         model = self.model
         if model is ColorModel.RGB:
             return rgb
@@ -110,14 +96,7 @@ _LOGARITHMIC = ColorModel.YLOG_UV, ColorModel.YLOG_ULOG_VLOG, ColorModel.YLOG_UD
 _MATRICES = dict.fromkeys((ColorModel.YUV, *_LOGARITHMIC), _YUV) | {ColorModel.YCOCG: _YCOCG}
 
 
-def principal_colors(mean: Floats, covariance: Floats) -> Decorrelation:
-    """The model of the principal components of colors; shapes of these are (3,) and (3, 3)."""
-    _, vectors = np.linalg.eigh(covariance)
-    return Decorrelation(ColorModel.PCA, mean, vectors[:, ::-1].T)
-
-
 def _exp(channels: npt.NDArray[np.float32]) -> None:
-    """Undo a logarithm, in place."""
     np.clip(channels, -LARGEST_LOGARITHM, LARGEST_LOGARITHM, out=channels)
     np.exp(channels, out=channels)
     channels -= np.float32(EPSILON)

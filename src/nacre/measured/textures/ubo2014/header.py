@@ -17,8 +17,7 @@ from nacre.io.files import PathLike
 from nacre.measured.textures.directions import PAIR_LIMIT
 from nacre.measured.textures.ubo2014.color_models import ColorModel, Decorrelation
 
-MAGIC = b"!DFMF08FCR"
-"""First bytes of every file: decorrelated full matrix factorization."""
+MAGIC = b"!DFMF08FCR"  # first bytes of every file: decorrelated full matrix factorization
 TEXEL_LIMIT = 1 << 26
 COMPONENT_LIMIT = 1 << 12
 
@@ -38,70 +37,33 @@ Angles = npt.NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class Header:
-    """All that a file says beside its matrices.
-
-    Parameters
-    ----------
-    width, height
-        Texels of a row, and rows.
-    views
-        Polar angle and azimuth in radians, shape (views, 2).
-    lights
-        The same of the lights of each view, shape (views, lights, 2).
-    colors
-        How the three channels that are factored become colors.
-    cosine
-        Whether values were multiplied by the cosine of the light's polar angle.
-    setup, sensor, light_source
-        Notes on the measurement, at most 80 bytes each.
-    pixels_per_mm
-        Texels per millimetre of the material; 0 where nobody knows.
-    rgb_scale
-        Factors that the file gives and that no reader applies.
-    xml
-        Notes on the measurement as XML, never parsed here.
-    channels
-        Names of the channels. Bytes of these texts that are not UTF-8 are lone surrogates.
-    rotations
-        Matrices of local frames, shape (m, 3, 3); kept, but not applied.
-    """
+    """All that a file says beside its matrices; bytes that are not UTF-8 are lone surrogates."""
 
     width: int
     height: int
-    views: Angles
-    lights: Angles
-    colors: Decorrelation
-    cosine: bool = False
-    setup: str = ""
+    views: Angles  # polar angle and azimuth in radians, shape (views, 2)
+    lights: Angles  # the same for the lights of each view, shape (views, lights, 2)
+    colors: Decorrelation  # how the three channels that are factored become colors
+    cosine: bool = False  # whether values were multiplied by the cosine of the light's polar angle
+    setup: str = ""  # notes on the measurement, as sensor and light_source, at most 80 bytes each
     sensor: str = ""
     light_source: str = ""
-    pixels_per_mm: float = 0.0
-    rgb_scale: tuple[float, ...] = (1.0, 1.0, 1.0)
-    xml: str = ""
-    channels: tuple[str, ...] = ("R", "G", "B")
+    pixels_per_mm: float = 0.0  # texels per millimeter of the material; 0 where nobody knows
+    rgb_scale: tuple[float, ...] = (1.0, 1.0, 1.0)  # in the file; no reader applies it
+    xml: str = ""  # notes on the measurement, never parsed here
+    channels: tuple[str, ...] = ("R", "G", "B")  # their names
     rotations: npt.NDArray[np.float32] = field(
         default_factory=lambda: np.zeros((0, 3, 3), np.float32)
-    )
+    )  # matrices of local frames, shape (m, 3, 3); kept, but not applied
 
     @property
     def pair_count(self) -> int:
-        """Pairs of a light and a view."""
         return int(np.prod(self.lights.shape[:2]))
 
 
 @dataclass(frozen=True)
 class Factors:
-    """Where the matrices of one channel lie; each is stored row by row.
-
-    Parameters
-    ----------
-    scalar
-        Type of the numbers.
-    components, rows, columns
-        Of the matrix U . SxV^T, and of its rank.
-    start
-        Position of the singular values, which U and then SxV follow.
-    """
+    """Where the matrices U . SxV^T of one channel lie, row by row: singular values, U, then SxV."""
 
     scalar: np.dtype[Any]
     components: int
@@ -111,17 +73,14 @@ class Factors:
 
     @property
     def u_start(self) -> int:
-        """Position of U, shape (rows, components)."""
         return self.start + self.components * self.scalar.itemsize
 
     @property
     def sxv_start(self) -> int:
-        """Position of SxV, shape (columns, components)."""
         return self.u_start + self.rows * self.components * self.scalar.itemsize
 
     @property
     def end(self) -> int:
-        """Position behind the last number."""
         return self.sxv_start + self.columns * self.components * self.scalar.itemsize
 
 
@@ -156,7 +115,7 @@ def parse(data: bytes | mmap, path: PathLike) -> tuple[Header, tuple[Factors, ..
 
 
 def _notes(reader: BinaryReader) -> dict[str, Any]:
-    """Facts of the measurement, which have a length of their own."""
+    """Facts about the measurement, which have a length of their own."""
     path, start = reader.path, reader.position
     size, version = reader.take("<2I", "the header's size and version")
     if not 1 <= version <= _NEWEST:
@@ -233,7 +192,7 @@ def _directions(reader: BinaryReader) -> tuple[Angles, Angles]:
 
 
 def _factors(reader: BinaryReader, header: Header, name: str, largest: int) -> Factors:
-    """Numbers of rows and columns of the matrices of a channel; goes on behind them."""
+    """Numbers of rows and columns of the matrices of a channel; moves behind them."""
     where = f"{reader.path}: channel '{name}'"
     size, components, rows, columns = reader.take("<BIII", f"the matrix of channel '{name}'")
     if size not in SCALARS:
@@ -261,7 +220,7 @@ def largest(scalar: np.dtype[Any]) -> float:
 
 
 def pack(header: Header, components: int) -> bytes:
-    """The bytes before the matrices, of the newest version; `components` is of any channel."""
+    """The bytes before the matrices, in the newest version, with so many components per channel."""
     notes = b"".join(
         _bytes(text)[:_TEXT].ljust(_TEXT, b"\0")
         for text in (header.setup, header.sensor, header.light_source)

@@ -30,9 +30,9 @@ _Matrix = npt.NDArray[Any]
 class Ubo2014Btf(Btf):
     """A texture in a `.btf` file, decoded as it is asked for; see :func:`load`.
 
-    Values are those that the file holds after its color model was undone, divided by the cosine of
-    the light's polar angle where the file says that they were multiplied by it. They are clamped to
-    be non-negative: what is below 0 is an artifact of leaving out components.
+    Values are those in the file after its color model was undone, divided by the cosine of the
+    light's polar angle where the file says that they were multiplied by it. They are clamped to be
+    non-negative: values below 0 come from leaving out components.
     """
 
     def __init__(self, header: Header, channels: list[tuple[_Matrix, _Matrix]], name: str) -> None:
@@ -43,12 +43,8 @@ class Ubo2014Btf(Btf):
         self._scale = 1.0 / self.wi[:, 2] if header.cosine else None
 
     def factors(self, channel: int) -> tuple[_Matrix, _Matrix]:
-        """Matrices of a channel before its color model is undone, as they lie in the file.
-
-        Returns
-        -------
-        pairs, texels
-            Shapes (n, k) and (texels, k); the channel of a texel at a pair is the inner product.
+        """Matrices of a channel as they lie in the file, pairs (n, k) and texels (texels, k): their
+        inner products are the channel before its color model is undone.
         """
         return self._channels[channel]
 
@@ -59,7 +55,6 @@ class Ubo2014Btf(Btf):
         }
 
     def texels(self, chosen: Indices | slice) -> Floats:
-        """See :meth:`Btf.texels`; computed in float32."""
         rows = [np.asarray(texels[chosen], np.float32) for _, texels in self._channels]
         return self._product(rows, self._pairs, None, self._scale)
 
@@ -69,7 +64,6 @@ class Ubo2014Btf(Btf):
         return [pairs.astype(np.float32) for pairs, _ in self._channels]
 
     def images(self, chosen: Indices | slice) -> Floats:
-        """See :meth:`Btf.images`; computed in float32."""
         rows = [np.asarray(pairs[chosen], np.float32) for pairs, _ in self._channels]
         columns = [np.asarray(texels, np.float32) for _, texels in self._channels]
         scale = None if self._scale is None else self._scale[chosen]
@@ -110,10 +104,10 @@ class Ubo2014Btf(Btf):
 def load(path: PathLike) -> Ubo2014Btf:
     """Open a `.btf` file of the database UBO2014; its matrices stay in the file.
 
-    All of the header is checked, and that no number in the matrices is too large or none at all,
+    All of the header is checked, and that no number in the matrices is not finite or too large,
     which reads the file once. No original file was at hand when this was written. A
-    :class:`FormatError` says that the file is of another format or a newer version, holds spectra
-    or a color model that is not known, or is damaged.
+    :class:`FormatError` says that the file has another format or a newer version, holds spectra or
+    a color model that is not known, or is damaged.
     """
     data = _mapped(Path(path))
     header, factors = parse(data, path)
@@ -133,7 +127,6 @@ def _vectors(angles: npt.NDArray[np.float32]) -> Floats:
 
 
 def _mapped(path: Path) -> mmap.mmap:
-    """A file as bytes that are read as they are looked at."""
     with opened(path) as file:
         if os.fstat(file.fileno()).st_size == 0:
             raise FormatError(f"{path}: is empty")

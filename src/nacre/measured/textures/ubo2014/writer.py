@@ -18,7 +18,7 @@ from nacre.geometry import split, to_spherical
 from nacre.io.files import PathLike, atomic_path
 from nacre.measured.textures.directions import PAIR_LIMIT
 from nacre.measured.textures.transposition import transposed
-from nacre.measured.textures.ubo2014.color_models import ColorModel, Decorrelation, principal_colors
+from nacre.measured.textures.ubo2014.color_models import ColorModel, Decorrelation
 from nacre.measured.textures.ubo2014.header import (
     CHANNELS,
     COMPONENT_LIMIT,
@@ -35,8 +35,7 @@ from nacre.measured.textures.ubo2014.reader import Ubo2014Btf, load
 from nacre.numerics.pca import PASSES, leading_directions
 from nacre.runtime.progress import Progress
 
-COMPONENTS = 64
-"""Components of a channel unless others are asked for."""
+COMPONENTS = 64  # components of a channel unless others are asked for
 
 _BLOCK = 1 << 26  # bytes of values that are read at a time
 _HORIZON = 1e-5
@@ -44,20 +43,15 @@ _HORIZON = 1e-5
 
 @dataclass(frozen=True)
 class Loss:
-    """What a file that keeps some components of a texture has lost of it.
+    """What a file that keeps some components of a texture has lost.
 
-    Parameters
-    ----------
-    error
-        Mean absolute difference between the values read back and those of the texture, negative
-        ones as they were, relative to the mean absolute value of these; 0 for a black texture.
-        Squares would tell of the highlights only.
-    negative
-        Share of the values that were below 0, which were written as 0.
+    The error is the mean absolute difference between the values read back and those of the texture,
+    negative ones as they were, relative to the mean absolute value of these; 0 for a black texture.
+    Squares would tell about the highlights only.
     """
 
     error: float
-    negative: float
+    negative: float  # share of the values that were below 0, which were written as 0
 
 
 def save(
@@ -68,33 +62,16 @@ def save(
     scalar_size: int = 2,
     progress: Progress | None = None,
 ) -> Loss:
-    """Write a texture as a `.btf` file, whole or not at all.
+    """Write a texture as a `.btf` file, whole or not at all; gives what that loses.
 
     The texture is gone through four times, and once more for :attr:`ColorModel.PCA`: to find the
     leading directions of each channel, to project it, and to compare it with what was written.
-    Memory is taken for some blocks of texels and for the matrices over pairs of directions.
-    Notes on the measurement are kept where the texture comes from such a file itself. Negative
-    values are written as 0.
+    Memory is taken for some blocks of texels and for the matrices over pairs of directions. Notes
+    on the measurement are kept where the texture comes from such a file itself. Negative values are
+    written as 0. Progress is called with texels done, over all passes.
 
-    Parameters
-    ----------
-    btf
-        Any texture.
-    path
-        File to write.
-    components
-        Of each channel; at most as many as there are texels, and pairs.
-    model
-        How colors are made into the channels that are factored.
-    scalar_size
-        Bytes of a number: 2 as in the files of Bonn, 4 or 8.
-    progress
-        Told of texels done, over all passes.
-
-    Returns
-    -------
-    loss
-        How far the values that are read back are from those of `btf`.
+    A channel, of those that the color model makes, has so many components, at most as many as there
+    are texels, and pairs. Numbers take 2 bytes, as in the files of Bonn, 4 or 8.
 
     Raises
     ------
@@ -163,7 +140,8 @@ class _Source:
             products += flat.T @ flat
         count = self.btf.texel_count * self.btf.pair_count
         mean = total / count
-        return principal_colors(mean, products / count - np.outer(mean, mean))
+        _, vectors = np.linalg.eigh(products / count - np.outer(mean, mean))
+        return Decorrelation(ColorModel.PCA, mean, vectors[:, ::-1].T)
 
     def loss(self, other: Btf) -> Loss:
         """How far another texture is from this one; one pass."""
@@ -219,7 +197,6 @@ def _dual(u: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
 
 
 def _notes(btf: Btf) -> Header:
-    """A header with what is known of the measurement."""
     if isinstance(btf, Ubo2014Btf):
         return replace(btf.header, cosine=False)
     nothing = np.zeros((0, 2), np.float32)
@@ -229,7 +206,7 @@ def _notes(btf: Btf) -> Header:
 def _grid(btf: Btf, path: str) -> tuple[Angles, Angles]:
     """Angles of views and of the lights of each, shapes (v, 2) and (v, l, 2).
 
-    Runs of pairs with the same view become that view's lights if they are all of one length; else
+    Runs of pairs with the same view become that view's lights if they all have one length; else
     each pair has a view to itself.
     """
     wi, wo = _angles(btf.wi, path, "light"), _angles(btf.wo, path, "view")

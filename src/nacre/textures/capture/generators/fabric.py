@@ -33,8 +33,8 @@ _WEAVES: dict[str, tuple[int, Callable[[Any, Any], Any]]] = {
 
 
 class _Strands(NamedTuple):
-    """Parallel strands: their height (-inf between them), whose it is, grooves, and -1 to 1 from
-    edge to edge.
+    """Parallel strands: their height (-inf between them), the strand at each point, grooves, and -1
+    to 1 from edge to edge.
     """
 
     height: Floats
@@ -111,8 +111,9 @@ class Fabric(Generator):
             albedo = self._mixed(albedo, chances)
         height, albedo = height / self.strands, albedo * shade[..., None]
         if self.strays:
+            radius = 0.2 * self.thickness / (self.strands * max(self.fibers, 4))
             height, hair, azimuths = strays(
-                random, height, self.strays, self.stray_length / self.strands, self._hair,
+                random, height, self.strays, self.stray_length / self.strands, radius,
                 0.4 * self.strands, 0.12 / self.strands,
             )  # fmt: skip
             paint = linear(self.warp + self.weft)
@@ -123,20 +124,15 @@ class Fabric(Generator):
         rough = self.along, self.across
         return cover(height, albedo, self.specular, *rough, direction, self.tint)
 
-    @property
-    def _hair(self) -> float:
-        """Radius of stray fibers in periods."""
-        return 0.2 * self.thickness / (self.strands * max(self.fibers, 4))
-
     def _wander(self, random: np.random.Generator, size: int) -> Floats:
         """How far strands are from where they should be, in periods."""
         slow, fast = noise(random, size, 0.25 * self.strands), noise(random, size, self.strands)
         return self.unevenness / self.strands * (0.35 * slow + 0.12 * fast)
 
     def _mixed(self, color: Floats, chances: Floats) -> Floats:
-        """Colors (..., 3) of fibers, some of which are dyed as those of other strands are.
+        """Colors (..., 3) of fibers, some of which are dyed like those of other strands.
 
-        The chances, of the same shape, say as which, whether, and how light.
+        The chances, of the same shape, say like which strands, whether, and how light.
         """
         paint = linear(self.warp + self.weft)
         other, whether, light = np.moveaxis(chances, -1, 0)
@@ -149,10 +145,10 @@ class Fabric(Generator):
         self, random: np.random.Generator, warp: _Strands, weft: _Strands, x: Floats, y: Floats,
         uppermost: npt.NDArray[np.bool_],
     ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
-        """Height and shade of fibers, and three chances of each, shape (size, size, 3).
+        """Height and shade of fibers, and three chances for each, shape (size, size, 3).
 
-        Those of warp and weft wind in the same sense, so they lean to opposite sides as the axes of
-        one are exchanged for the other's.
+        Those of warp and weft wind in the same sense, so they lean to opposite sides when the axes
+        of one are exchanged for the other's.
         """
         turns = round(np.tan(np.radians(self.twist)) * self.strands / (np.pi * self.thickness))
         count = self.fibers
@@ -166,7 +162,6 @@ class Fabric(Generator):
         )
 
     def _strands(self, across: Floats, along: Floats, above: Floats) -> _Strands:
-        """Parallel strands; `above` has a row for each."""
         index = np.floor(across * self.strands).astype(int)
         half = 0.5 * self.thickness
         side = (across * self.strands - index - 0.5) / half

@@ -1,4 +1,4 @@
-"""Fibers that strands are spun of, and those that stray from a surface."""
+"""Fibers that strands are spun from, and fibers that stray from a surface."""
 
 from __future__ import annotations
 
@@ -13,27 +13,15 @@ from nacre.textures.capture.patterns import Indices, lay_fibres, noise
 
 @dataclass(frozen=True, eq=False)
 class Curls:
-    """Curled fibers as points along them, one closer to the next than the radius.
+    """Curled fibers as points along them, one closer to the next than the radius that all have."""
 
-    Parameters
-    ----------
-    points
-        Position in the plane and height, in periods, shape (k, 3).
-    owner
-        To which fiber each belongs, shape (k,).
-    azimuth
-        In which each fiber sets out, radians, shape (fibers,).
-    radius
-        Of all.
-    """
-
-    points: Floats
-    owner: Indices
-    azimuth: Floats
+    points: Floats  # position in the plane and height, in periods, shape (k, 3)
+    owner: Indices  # the fiber of each point, shape (k,)
+    azimuth: Floats  # in which each fiber sets out, radians, shape (fibers,)
     radius: float
 
     def seen(self, size: int) -> tuple[Floats, Indices]:
-        """Heights of the uppermost and which it is; see
+        """Heights of the uppermost fibers and which these are; see
         :func:`nacre.textures.capture.patterns.lay_fibres`.
         """
         return lay_fibres(size, self.points, self.radius, self.owner)
@@ -50,7 +38,7 @@ def curled(
 ) -> Curls:
     """Fibers that rise from 0 at their ends, in any direction, or all along x at an alignment of 1.
 
-    Lengths are in periods; the curl is how much they bend, one standard deviation, in radians a
+    Lengths are in periods; the curl is how much they bend, one standard deviation, in radians per
     period; the loft is what the highest ones rise to.
     """
     steps = int(np.ceil(length / (0.7 * radius))) + 1
@@ -78,8 +66,8 @@ def strays(
     curl: float,
     loft: float,
 ) -> tuple[Floats, Indices, Floats]:
-    """Heights with stray fibers that follow the surface, which one is seen, -1 where none is, and
-    the azimuth of each, in radians.
+    """Heights with stray fibers that follow the surface; the fiber seen at each point, -1 where
+    none is; and the azimuth of each fiber, in radians.
 
     For `count` to `loft` see :func:`curled`; heights are in periods, shape (size, size).
     """
@@ -96,28 +84,18 @@ def strays(
 
 
 def _smoothed(height: Floats, cells: float) -> Floats:
-    """Heights as something sees them that is too stiff for less than so many cells."""
+    """Heights as something meets them that is too stiff for less than so many cells."""
     waves = np.fft.fftfreq(len(height)) * (2.0 * np.pi * cells)
     keep = np.exp(-0.5 * (waves[:, None] ** 2 + waves**2))
     return np.asarray(np.fft.ifft2(np.fft.fft2(height) * keep).real)
 
 
 class Spun(NamedTuple):
-    """Fibers that wind around strands, each shape (size, size).
+    """Fibers that wind around strands, all of shape (size, size)."""
 
-    Parameters
-    ----------
-    height
-        In half widths of a strand.
-    shade
-        How bright they are for the light that reaches between them, 0 to 1.
-    fiber
-        Which one, from 0 to below 2 count strands.
-    """
-
-    height: Floats
-    shade: Floats
-    fiber: Indices
+    height: Floats  # in half widths of a strand
+    shade: Floats  # 0 to 1, by the light that reaches between fibers
+    fiber: Indices  # which one, from 0 to below 2 count strands
 
 
 def spun(
@@ -128,20 +106,11 @@ def spun(
     count: int,
     turns: int,
 ) -> Spun:
-    """Fibers on strands.
+    """Fibers on strands, `count` of which are seen side by side.
 
-    Parameters
-    ----------
-    random
-        Of how fibers wander and differ.
-    side
-        -1 to 1 from edge to edge of the strand.
-    along, strand
-        Place along it, in periods, and its number.
-    count
-        Of fibers that are seen side by side.
-    turns
-        Of fibers around a strand in a period; below 0 they wind the other way.
+    `side` is -1 to 1 from edge to edge of the strand, `along` the place along it in periods, and
+    `strand` its number. Fibers turn so often around a strand in a period; below 0 they wind the
+    other way.
     """
     size, around = len(side), 2 * count
     angle = np.arcsin(np.clip(side, -1.0, 1.0)) / np.pi

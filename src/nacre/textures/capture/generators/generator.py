@@ -19,12 +19,10 @@ _COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 
 
 def number(default: float, low: float, high: float) -> Any:
-    """A parameter from `low` to `high`."""
     return dataclasses.field(default=default, metadata={"low": low, "high": high})
 
 
 def whole(default: int, low: int, high: int) -> Any:
-    """A parameter that is a whole number from `low` to `high`."""
     return dataclasses.field(default=default, metadata={"low": low, "high": high, "whole": True})
 
 
@@ -42,11 +40,10 @@ def colors(*default: str, max_count: int = 16) -> Any:
 class Generator(abc.ABC):
     """A kind of surface; its fields are the parameters.
 
-    Roughness is GGX alpha; `specular` the Fresnel reflectance at normal incidence.
+    Roughness is GGX alpha; `specular` is the Fresnel reflectance at normal incidence.
     """
 
-    name: ClassVar[str]
-    """In recipes: that of the class, in lower case."""
+    name: ClassVar[str]  # in recipes: that of the class, in lower case
 
     def __init_subclass__(cls) -> None:
         cls.name = cls.__name__.lower()
@@ -59,16 +56,13 @@ class Generator(abc.ABC):
     def from_json(cls, values: Mapping[str, Any]) -> Self:
         """The surface with some parameters given and the others left at their defaults.
 
-        Raises
-        ------
-        ValueError
-            Naming the parameter that is unknown or has a value that it cannot have.
+        A ValueError names the parameter that is unknown or has an impossible value.
         """
         values = current_names(values)
         known = {field.name: field for field in dataclasses.fields(cls)}
         for key in values:
             if key not in known:
-                raise ValueError(f"{key}: is no parameter of {cls.name} ({', '.join(known)})")
+                raise ValueError(f"{key}: is not a parameter of {cls.name} ({', '.join(known)})")
         checked = {k: _checked(k, v, known[k].metadata) for k, v in values.items()}
         return cls(**checked)
 
@@ -79,7 +73,6 @@ def current_names(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _checked(key: str, value: Any, rule: Mapping[str, Any]) -> Any:
-    """A value of a recipe as the parameter's type."""
     if "options" in rule:
         if value not in rule["options"]:
             raise ValueError(f"{key}: expected one of {', '.join(rule['options'])}, got {value!r}")
@@ -110,20 +103,12 @@ def cover(
     direction: Floats | float = 0.0,
     tint: Floats | float = 0.0,
 ) -> Mesostructure:
-    """A surface about z = 0, with the specular color between gray and the hue of the albedo.
+    """A surface about z = 0, with a specular color between gray and the hue of the albedo.
 
-    Parameters
-    ----------
-    height
-        In periods; its mean is taken off.
-    albedo
-        Linear RGB, clipped to [0, 0.95].
-    specular, tint
-        Fresnel reflectance at normal incidence, and how much of the albedo's hue it has, 0 to 1.
-    along, across
-        Roughness in and perpendicular to the direction; the same where not given.
-    direction
-        Azimuth in radians.
+    Height is in periods, and its mean is taken off; albedo is linear RGB, clipped to [0, 0.95];
+    `specular` is the Fresnel reflectance at normal incidence, and `tint` how much of the albedo's
+    hue it has, 0 to 1. `along` and `across` are roughness in and perpendicular to the direction,
+    the same where `across` is None; the direction is an azimuth in radians.
     """
     shape = height.shape
     albedo = np.clip(albedo, 0.0, 0.95)

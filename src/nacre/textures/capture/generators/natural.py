@@ -21,11 +21,9 @@ from nacre.textures.capture.patterns import (
     smooth_step,
 )
 
-_INSIDE = 0.4
-"""Fraction of diffuse light that a clear coat reflects back into the wood."""
+_INSIDE = 0.4  # fraction of diffuse light that a clear coat reflects back into the wood
 _THREAD_SPECULAR = 0.05
-_THREAD_ROUGHNESS = 0.5, 0.3
-"""Along its fibers and across them."""
+_THREAD_ROUGHNESS = 0.5, 0.3  # along its fibers and across them
 
 
 @dataclass(frozen=True)
@@ -84,7 +82,6 @@ class Leather(Generator):
     def _sewn(
         self, random: np.random.Generator, height: Floats, albedo: Floats, rough: Floats
     ) -> Mesostructure:
-        """The surface with a seam; thread covers what it lies on."""
         seam = sew(random, len(height), self.stitches, self.thread_width)
         height = height - height.mean() + seam.rise
         albedo = albedo * seam.shade[..., None]
@@ -102,7 +99,7 @@ class Leather(Generator):
 
 @dataclass(frozen=True)
 class Wood(Generator):
-    """Annual rings cut lengthwise, along y, with pores and ends of rays; of planks that lie side by
+    """Annual rings cut lengthwise, along y, with pores and ends of rays; in planks that lie side by
     side, bare or under a clear finish.
     """
 
@@ -186,7 +183,7 @@ class Wood(Generator):
 
 @dataclass(frozen=True)
 class Stone(Generator):
-    """Rough or polished, of grains of several minerals, with veins, pits and layers."""
+    """Rough or polished, made from grains of several minerals, with veins, pits and layers."""
 
     amplitude: float = number(0.01, 0.0, 0.06)
     frequency: float = number(3.0, 1.0, 20.0)

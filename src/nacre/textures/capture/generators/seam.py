@@ -16,31 +16,17 @@ _TWIST = np.radians(28.0)
 
 
 class Seam(NamedTuple):
-    """A seam along y in the middle of a period; each but the last of shape (size, size).
+    """A seam along y in the middle of a period; arrays have shape (size, size)."""
 
-    Parameters
-    ----------
-    rise
-        Of what is sewn, in periods.
-    shade
-        How bright that is: less in the groove and in holes, 0 to 1.
-    thread
-        Height of the thread in periods; -inf where none is.
-    tone
-        Of the thread: brighter on plies than between them, about 1.
-    direction
-        Azimuth of its fibers in radians.
-    """
-
-    rise: Floats
-    shade: Floats
-    thread: Floats
-    tone: Floats
-    direction: float
+    rise: Floats  # of what is sewn, in periods
+    shade: Floats  # how bright that is: less in the groove and in holes, 0 to 1
+    thread: Floats  # height of the thread in periods; -inf where none is
+    tone: Floats  # of the thread: brighter on plies than between them, about 1
+    direction: float  # azimuth of the thread's fibers in radians
 
 
 def sew(random: np.random.Generator, size: int, stitches: int, width: float) -> Seam:
-    """A seam with so many stitches a period in each row, of thread so wide, in periods.
+    """A seam with so many stitches per period in each row, and thread so wide, in periods.
 
     Edges curl down into a groove, stitches pull down what they lie on, and what is between two
     rises in puckers. Both ends of a stitch vanish in holes that it shares with its neighbors.

@@ -109,7 +109,7 @@ class Carpet(Generator):
         return dome + groove, 0.5 * np.pi + 0.5 - rotation
 
     def _cut(self, found: Cells, lean: Floats) -> tuple[Floats, Floats]:
-        """Bunches of ends, which lean each in a direction of its own."""
+        """Bunches of ends, each of which leans in a direction of its own."""
         slope = lean[found.index]
         tilt = (slope * found.offset).sum(-1)
         falling = np.clip(1.0 - 0.9 * found.distance**2, 0.0, 1.0)
@@ -117,7 +117,6 @@ class Carpet(Generator):
         return falling * (0.3 + 0.7 * edge) + 0.4 * tilt, np.arctan2(slope[..., 1], slope[..., 0])
 
     def _color_of(self, centres: Floats, random: np.random.Generator) -> Indices:
-        """Index of each tuft's color."""
         kinds = len(self.palette)
         if self.layout == "mixed":
             return random.integers(kinds, size=len(centres))

@@ -1,4 +1,4 @@
-"""Codes of the default codec: an autoencoder over coefficients, and its errors."""
+"""The codes of the default codec: an autoencoder for coefficients, and its errors."""
 
 from __future__ import annotations
 
@@ -42,15 +42,11 @@ def train_codes(
 
 @dataclass(frozen=True, eq=False)
 class _Coder:
-    """The networks from coefficients to codes, and back."""
-
     encode: SkipNetwork
     decode: SkipNetwork
 
 
 class _Training:
-    """Texels to train on, and what is found on the way."""
-
     def __init__(self, data: TrainingTexels, functions: FunctionValues, work: Work) -> None:
         self._data, self._work, self._recipe = data, work, work.recipe
         self._first = _first_prior(data)
@@ -62,7 +58,6 @@ class _Training:
         self._residuals = torch.from_numpy(data.residuals)
 
     def autoencoder(self) -> _Coder:
-        """From coefficients to codes, and back."""
         deviations, hidden = self._first.deviations, self._recipe.hidden
         forward, back = _linear_start(self._data, deviations, self._recipe.code_dim)
         encode = SkipTraining(forward, hidden, self._generator)
@@ -79,7 +74,7 @@ class _Training:
         return _Coder(*trained)
 
     def completion(self) -> SkipNetwork:
-        """From estimates of coefficients by some directions to those by all."""
+        """From estimates of coefficients at some directions to those at all."""
         self._generator.manual_seed(self._recipe.seed)  # whatever has been drawn before
         deviations, count = self._first.deviations, self._values.shape[1]
         identity = np.eye(count, dtype=np.float32)
@@ -101,7 +96,7 @@ class _Training:
         return complete.trained(input_scale=scale, output_scale=deviations)
 
     def prior(self, complete: SkipNetwork) -> Prior:
-        """With the covariance of errors of completed coefficients, a mean over the subsets."""
+        """With the covariance of errors of completed coefficients, averaged over the subsets."""
         values, residuals = self._data.values, self._data.residuals + 1e-7
         energy = np.square(values).sum(1) / 3.0 + residuals
         covariance = np.zeros((values.shape[1],) * 2)
@@ -125,7 +120,6 @@ class _Training:
         return torch.randint(limit, (count,), generator=self._generator)
 
     def _parts(self) -> list[_Part]:
-        """Of a batch."""
         count = _BATCH // _PARTS
         parts = []
         for order in self._orders[self._draw(len(self._orders), _PARTS)]:
@@ -142,7 +136,7 @@ class _Training:
 
 
 class _Part(NamedTuple):
-    """Pairs of texels, fractions of the second ones in mixtures, an order of the channels."""
+    """Pairs of texels, fractions of the second ones in mixtures, and an order of the channels."""
 
     one: Tensor
     other: Tensor
@@ -154,13 +148,13 @@ class _Part(NamedTuple):
         return torch.lerp(table[self.one], table[self.other], self.fraction) @ self.order
 
     def left(self, residuals: Tensor) -> Tensor:
-        """What the functions leave of mixtures: that of two texels is taken to be independent."""
+        """What the functions leave out of mixtures, as if that of two texels were independent."""
         fraction = self.fraction[:, 0]
         return residuals[self.one] * (1.0 - fraction) ** 2 + residuals[self.other] * fraction**2
 
 
 def _first_prior(data: TrainingTexels) -> Prior:
-    """Variances of coefficients, alike for both values of a pair, and of noise."""
+    """Variances of coefficients, the same for both values of a pair, and of noise."""
     deviations = np.sqrt(np.square(data.values).mean(0)) + 1e-6
     noise = float(np.exp(np.log(data.residuals + 1e-7).mean()))
     return Prior(deviations.astype(np.float32), noise, np.zeros((0, 0), np.float32), 0.0)
@@ -169,7 +163,7 @@ def _first_prior(data: TrainingTexels) -> Prior:
 def _estimates(
     data: TrainingTexels, functions: FunctionValues, prior: Prior
 ) -> tuple[Floats, Floats]:
-    """Of every subset: ridge estimates of coefficients (s, t, K), and what is known (s, K)."""
+    """For every subset: ridge estimates of coefficients (s, t, K), and what is known (s, K)."""
     estimates = np.empty_like(data.moments)
     known = np.empty((len(estimates), estimates.shape[2]), np.float32)
     for index, subset in enumerate(data.subsets):
@@ -180,7 +174,7 @@ def _estimates(
 
 
 def _orders_of_channels(functions: FunctionValues) -> Floats:
-    """What orders of the channels do to coefficients: (6, K, K), to multiply from the right."""
+    """Matrices (6, K, K) that permute the channels: coefficients (b, K) @ matrix."""
     luma, chroma = np.eye(functions.luma.shape[1]), np.eye(functions.chroma.shape[1])
     changes = [block_diag(luma, np.kron(order, chroma)) for order in CHROMA_PERMUTATIONS]
     return np.array(changes, np.float32)

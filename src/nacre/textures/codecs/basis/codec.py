@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +17,12 @@ from nacre.textures.codecs.basis.colors import join_reflectance
 from nacre.textures.codecs.basis.fields import pack_fields, unpack_fields
 from nacre.textures.codecs.basis.networks import AngularFunctions, SkipNetwork
 from nacre.textures.codecs.basis.posterior import Observation, Prior, project
-from nacre.textures.codecs.basis.recipe import BasisRecipe
+from nacre.textures.codecs.basis.recipe import VERSION, BasisRecipe
 from nacre.textures.codecs.codec import LinearBlock, TexelCodec, TexelMap, TrainingRun
 
 _STEPS = 2  # Gauss-Newton steps of a code; more lower the error by less than a thousandth
 _CHUNK = 512  # texels at a time whose codes are found
 _PAIRS = 1 << 9  # pairs of directions at a time that are decoded: few enough for the cache
-VERSION = 2
 _VALUES = "roots of pi f_r, linear Rec. 709, as grey values and pairs of colours"
 """Stays as it is: maps of texels know their codec by the hash of its header and weights."""
 _EXACT = "prior."
@@ -37,32 +36,16 @@ class BasisCodec(TexelCodec):
     """Texels as sums of smooth functions of light and view, with coefficients from few values.
 
     The square root of an apparent BRDF is a mean plus a sum of functions that a network has learned
-    (:class:`AngularFunctions`). Its coefficients are what a second, small network makes of a code,
-    once a texel; after that, a pair of directions costs one multiplication a coefficient.
+    (:class:`AngularFunctions`). A second, small network gives the coefficients from a code, once
+    per texel; after that, a pair of directions costs one multiplication per coefficient.
 
-    Encoding takes any directions. Least squares give coefficients; a network completes them, given
-    what fraction of each the directions determine; where they determine much, measurements override
-    it; and Gauss-Newton steps bring the code closest to the outcome.
+    Encoding takes any directions. Least squares give coefficients; the network `complete` takes
+    these, and the fraction of each that the directions determine, and gives those to expect; where
+    the directions determine much, measurements override it. `encode` makes a first guess of the
+    code from the outcome, and Gauss-Newton steps bring what `decode` gives closest to it. The prior
+    is that of codes, coefficients and noise.
 
-    Parameters
-    ----------
-    functions
-        Of light and view.
-    complete
-        From coefficients by least squares, and what fraction of each is known, to those to expect.
-    encode
-        From coefficients to a first guess of the code.
-    decode
-        From a code to coefficients.
-    prior
-        Of codes, coefficients and noise.
-    metadata
-        How it was made.
-
-    Raises
-    ------
-    ValueError
-        If sizes do not match.
+    A ValueError says that sizes do not match.
     """
 
     functions: AngularFunctions
@@ -84,16 +67,15 @@ class BasisCodec(TexelCodec):
         if (seen, *self.complete.linear.shape) != (2 * count, count, count):
             raise ValueError(f"the network that completes is not for {count} coefficients")
         if self.prior.deviations.shape != (count,) or self.prior.covariance.shape != (count, count):
-            raise ValueError(f"the prior is not of {count} coefficients")
+            raise ValueError(f"the prior is not for {count} coefficients")
 
     @property
     def code_dim(self) -> int:  # type: ignore[override]
-        """Number of values of a code."""
         return int(self.decode.linear.shape[0])
 
     @property
     def expanded_dim(self) -> int:  # type: ignore[override]
-        """Number of coefficients: of luma, and of both values of chroma."""
+        """Number of coefficients: for luma, and for both values of chroma."""
         return self.functions.luma_count + 2 * self.functions.chroma_count
 
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
@@ -131,14 +113,14 @@ class BasisCodec(TexelCodec):
         return decode
 
     def embedding(self, wi: Floats, wo: Floats) -> TexelMap:
-        """See :meth:`TexelCodec.embedding`; of all pairs, before what is below black is cut off."""
+        """Of all pairs, before values below black are cut off."""
         gram = Observation(self.functions(wi, wo), self.prior).gram / (3 * len(wi))
         variances, vectors = np.linalg.eigh(gram)
         factor = (vectors * np.sqrt(np.maximum(variances, 0.0))).astype(np.float32)
         return lambda codes: self.decode(codes) @ factor
 
     def linear_blocks(self, wi: Floats, wo: Floats) -> list[LinearBlock]:
-        """See :meth:`TexelCodec.linear_blocks`; coefficients are taken to be independent."""
+        """Coefficients are taken to be independent."""
         functions, luma_count = self.functions(wi, wo), self.functions.luma_count
         variances = self.prior.deviations.astype(np.float64) ** 2
         # Both values of chroma have the same functions, hence the same variances.
@@ -149,7 +131,6 @@ class BasisCodec(TexelCodec):
         ]
 
     def describe(self) -> dict[str, Any]:
-        """Functions, and widths of each network from inputs to outputs."""
         functions = self.functions
         networks = {
             "functions": [*functions.hidden, functions.wide, functions.last],
@@ -195,32 +176,20 @@ class BasisCodec(TexelCodec):
     def recipe(
         cls, *, code_dim: int | None = None, steps: int | None = None, seed: int = 0
     ) -> BasisRecipe:
-        """See :meth:`TexelCodec.recipe`.
+        """How to train a codec with `code_dim` values per code, 32 where None, in so many steps of
+        both stages together.
 
-        Parameters
-        ----------
-        code_dim
-            Number of values of a code; 32 where None.
-        steps
-            Of both stages together.
-        seed
-            Of all that is random.
-
-        Raises
-        ------
-        NacreError
-            If codes would have more values than there are coefficients.
+        A NacreError says that codes would have more values than there are coefficients.
         """
         return BasisRecipe.of(code_dim, steps, seed)
 
     @classmethod
     def train(cls, run: TrainingRun, recipe: BasisRecipe) -> BasisCodec:
-        from nacre.textures.codecs.basis.training import train_basis  # needs PyTorch
+        from nacre.textures.codecs.basis.training import train_parts  # needs PyTorch
 
-        codec = train_basis(run, recipe)
         names = [Path(path).stem for path in run.paths]
         facts = {"materials": names, "training": asdict(recipe), "steps": recipe.steps}
-        return replace(codec, metadata=facts)
+        return cls(*train_parts(run, recipe), facts)
 
     @classmethod
     def state_files(cls, state: Path) -> list[Path]:
@@ -228,7 +197,6 @@ class BasisCodec(TexelCodec):
 
 
 def _try(codec: BasisCodec) -> None:
-    """Refuse a codec that cannot encode and decode a gray texel at a few directions."""
     directions: Floats = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]], np.float32)
     wi, wo = pairs(directions, directions)
     with np.errstate(all="ignore"):

@@ -34,25 +34,15 @@ Indices = npt.NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class TrainingTexels:
-    """What is known of texels.
+    """What is known of t texels."""
 
-    Parameters
-    ----------
-    values
-        Coefficients from all pairs of directions, shape (t, K).
-    residuals
-        Mean square of what the functions leave of roots of reflectance factors, shape (t,).
-    subsets
-        Pairs of directions that an encoder may have to do with; the first has all.
-    moments
-        Products of roots of reflectance less the mean with the functions over each of the subsets,
-        shape (s, t, K).
-    """
-
-    values: Floats
+    values: Floats  # coefficients from all pairs of directions, shape (t, K)
     residuals: Floats
+    """Mean squares that the functions leave out of roots of reflectance factors, (t,)."""
     subsets: Sequence[Indices]
+    """Pairs of directions that an encoder may have to manage with; first all."""
     moments: Floats
+    """Products of roots less the mean with the functions, over each subset, (s, t, K)."""
 
 
 def partial_measurements(wi: Floats, wo: Floats, random: np.random.Generator) -> list[Indices]:
@@ -112,8 +102,6 @@ def training_texels(
 
 @dataclass(frozen=True, eq=False)
 class _Read:
-    """What :class:`TrainingTexels` has of one texture."""
-
     moments: Floats
     residuals: Floats
 
@@ -126,7 +114,6 @@ def _coefficients(
     subsets: Sequence[Indices],
     tables: Sequence[FunctionValues],
 ) -> _Read:
-    """Of some texels, each with its values in an order of its own."""
     moments: list[list[Floats]] = [[] for _ in subsets]
     residuals: list[Floats] = []
     for start in range(0, len(chosen), _BLOCK):

@@ -1,6 +1,6 @@
 """Reflectance to luma and chroma of the default codec, and back, in one pass each.
 
-They are those of square roots of reflectance, in the coordinates of :mod:`nacre.numerics.channels`.
+Both are those of square roots of reflectance, in the coordinates of :mod:`nacre.numerics.channels`.
 Errors of a root count less where reflectance is small, so dark places keep their tone and hue; and
 squares of sums are never below zero.
 """
@@ -23,7 +23,7 @@ _NONE, _ALL = np.float32(0.0), np.float32(1.0)
 def split_reflectance(rgb: Floats, mean: Floats) -> tuple[Floats, Floats]:
     """Luma less its mean, (b, n), and chroma, (2, b, n), of reflectance (b, n, 3).
 
-    The mean has shape (n,). Reflectance below 0, which noise of a measurement may leave, counts as
+    The mean has shape (n,). Reflectance below 0, as noise of a measurement may leave it, counts as
     0.
     """
     rgb = np.ascontiguousarray(rgb, np.float32)
@@ -47,10 +47,10 @@ def _split(rgb: Any, mean: Any, luma: Any, chroma: Any) -> None:
 
 @compiled
 def join_reflectance(luma: Any, chroma: Any, rgb: Any) -> None:
-    """Write reflectance (b, n, 3) of luma (b, n) and chroma (2, b, n).
+    """Write reflectance (b, n, 3) for luma (b, n) and chroma (2, b, n).
 
-    Where the root of a channel would be below 0, chroma is made smaller: luma stays, and
-    dark places are not tinted as they would be if only that channel were changed.
+    Where the root of a channel would be below 0, chroma is made smaller: luma stays, and dark
+    places are not tinted as they would be if only that channel were changed.
     """
     for texel in range(luma.shape[0]):
         for entry in range(luma.shape[1]):

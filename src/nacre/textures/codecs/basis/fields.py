@@ -1,7 +1,7 @@
 """Dataclasses as named tensors and numbers, for files.
 
-What a dataclass holds is packed by the types of its fields: an array is a tensor, a layer two of
-them, a number stands in the header, and the names of parts precede those of what they hold.
+The types of its fields say how a dataclass is packed: an array is a tensor, a layer two of them, a
+number stands in the header, and the names of parts precede those of what they hold.
 """
 
 from __future__ import annotations
@@ -23,12 +23,8 @@ _Part = TypeVar("_Part")
 def pack_fields(part: Any, prefix: str = "") -> tuple[dict[str, Any], Tensors]:
     """Numbers and tensors that a dataclass holds, by their names with dots between.
 
-    A field with `metadata={"file": name}` has that name in files.
-
-    Raises
-    ------
-    TypeError
-        If a field is of no type that can be packed.
+    A field with `metadata={"file": name}` has that name in files. A TypeError says that a field has
+    a type that cannot be packed.
     """
     numbers: dict[str, Any] = {}
     tensors: Tensors = {}
@@ -52,12 +48,8 @@ def unpack_fields(
 ) -> _Part:
     """The dataclass that :func:`pack_fields` packed.
 
-    Raises
-    ------
-    KeyError
-        If a number or a tensor is missing.
-    ValueError, TypeError
-        If a number is of another type, or the dataclass refuses what it gets.
+    Raises a KeyError if a number or a tensor is missing; a ValueError or TypeError if a number has
+    another type, or the dataclass refuses what it gets.
     """
     hints = typing.get_type_hints(kind)
     values = {
@@ -107,12 +99,10 @@ def _unpacked(kind: Any, numbers: dict[str, Any], tensors: Tensors, name: str) -
 
 
 def kept(store: Store, name: str, kind: type[_Part], make: Callable[[], _Part]) -> _Part:
-    """What `make` gives, or gave in an earlier process: a dataclass that fields can be packed of.
+    """The dataclass that `make` gives, or gave in an earlier process.
 
-    Raises
-    ------
-    NacreError
-        See :meth:`nacre.runtime.store.Store.load` and :meth:`nacre.runtime.store.Store.save`.
+    Raises what :meth:`nacre.runtime.store.Store.load` and :meth:`nacre.runtime.store.Store.save`
+    do.
     """
     if name in store:
         with store.readable(name):

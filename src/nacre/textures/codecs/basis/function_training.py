@@ -33,8 +33,8 @@ _SMALLEST = 1e-9  # of the mean square of texels: what varies less is rounding
 class Components:
     """Principal components of texels at pairs of unit directions, shape (n, 3).
 
-    The table, of shape (n, 1 + luma_count + chroma_count), has the mean, then components of luma,
-    then those of chroma, each of the size that it has in texels.
+    The table, shape (n, 1 + luma_count + chroma_count), has the mean, then components of luma, then
+    those of chroma, each as large as it is in texels.
     """
 
     wi: Floats
@@ -49,8 +49,8 @@ def principal_components(
     """Functions whose sums are closest to roots of reflectance of texels.
 
     Texels are reflectance factors of all materials, shape (t, n, 3), of any type; `orders` are
-    rotations, see :func:`nacre.textures.codecs.symmetry.symmetric_rotations`. It is a
-    :class:`NacreError` if texels vary in fewer ways than codes have values.
+    rotations, see :func:`nacre.textures.codecs.symmetry.symmetric_rotations`. A :class:`NacreError`
+    says that texels vary in fewer ways than codes have values.
     """
     count, recipe = len(texels), work.recipe
     luma = np.empty((count, len(wi)), np.float32)
@@ -84,7 +84,7 @@ def principal_components(
 
 
 def train_functions(components: Components, work: Work) -> AngularFunctions:
-    """A network of components; all but the mean become orthonormal at their directions."""
+    """A network that gives components; all but the mean become orthonormal at their directions."""
     recipe = work.recipe
     table, inputs = components.table, direction_inputs(components.wi, components.wo)
     generator = torch.Generator().manual_seed(recipe.seed)

@@ -33,10 +33,10 @@ def descend(
 ) -> None:
     """Take steps with a rate that rises for the first 2 % and then falls to nothing.
 
-    Adam moves the vectors: biases, and matrices at the ends of a network. Muon (Jordan et al.
-    2024), which gets much further there, moves the matrices between hidden layers. The loss, of a
-    step, draws from the generator. Numbers that are not finite in the end are a
-    :class:`NacreError`.
+    Adam moves the vectors: biases, and matrices at the ends of a network. Muon (Jordan et al. 2024)
+    moves the matrices between hidden layers, where it gets much further. The loss, a function of
+    the step, draws from the generator. A :class:`NacreError` says that numbers are not finite in
+    the end.
     """
     optimizers = [(torch.optim.Adam(vectors), _RATE)]
     if matrices:
@@ -80,7 +80,6 @@ def new_layer(
 
 
 def to_layer(pair: tuple[Tensor, Tensor]) -> Layer:
-    """A trained layer."""
     weights, biases = (np.ascontiguousarray(p.detach().numpy()) for p in pair)
     return Layer(weights, biases)
 
@@ -109,7 +108,6 @@ class SkipTraining:
         return [self.linear, *ends, *(biases for _, biases in self.layers)]
 
     def __call__(self, x: Tensor) -> Tensor:
-        """See :class:`SkipNetwork`."""
         return x[:, : len(self.linear)] @ self.linear + forward(x, self.layers, SILU)
 
     def trained(self, input_scale: Any = 1.0, output_scale: Any = 1.0) -> SkipNetwork:

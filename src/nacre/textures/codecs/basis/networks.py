@@ -15,15 +15,12 @@ from nacre.numerics.mlp import SILU, AnyLayer, Layer, dense
 
 _CHUNK = 1 << 12  # pairs of directions at a time
 _SHARPEST = 0.005  # added to the sine of half-vector angles, so that their logarithm is bounded
-INPUTS = 12
-"""Of the network."""
+INPUTS = 12  # values that the network sees
 
 
 class FunctionValues(NamedTuple):
-    """The functions at n pairs of directions.
-
-    They are the mean that all texels have, shape (n,), and what is summed, shapes (n, luma_count)
-    and (n, chroma_count).
+    """The functions at n pairs of directions: the mean that all texels have, shape (n,), and what
+    is summed, shapes (n, luma_count) and (n, chroma_count).
     """
 
     mean: Floats
@@ -31,7 +28,6 @@ class FunctionValues(NamedTuple):
     chroma: Floats
 
     def at(self, chosen: npt.NDArray[np.intp]) -> FunctionValues:
-        """The values at some of the pairs."""
         return FunctionValues(self.mean[chosen], self.luma[chosen], self.chroma[chosen])
 
     def products(self, luma: Floats, chroma: Iterable[Floats]) -> Floats:
@@ -43,25 +39,13 @@ class FunctionValues(NamedTuple):
 class AngularFunctions:
     """Functions that a network gives for a pair of directions.
 
-    All layers but the last are followed by x / (1 + exp(-x)); of the hidden ones, all but the first
-    add to what came before them. Roots of reflectance are sums of the functions, as luma and
-    chroma, see :mod:`nacre.textures.codecs.basis.colors`.
+    The hidden layers have one width; after them comes a wide one: the more units it has, the better
+    the last layer can combine them. The last gives the mean, then `luma_count` functions for luma,
+    then those for chroma. All layers but the last are followed by x / (1 + exp(-x)); all hidden
+    ones but the first add to what came before them. Roots of reflectance are sums of the functions,
+    as luma and chroma, see :mod:`nacre.textures.codecs.basis.colors`.
 
-    Parameters
-    ----------
-    hidden
-        Layers of one width.
-    wide
-        A layer after those: the more units, the better the last one can combine them.
-    last
-        Gives the mean, then functions of luma, then those of chroma.
-    luma_count
-        How many of the functions are for luma.
-
-    Raises
-    ------
-    ValueError
-        If layers do not chain, or `luma_count` is out of range.
+    A ValueError says that layers do not chain, or that `luma_count` is out of range.
     """
 
     hidden: Sequence[Layer]
@@ -76,7 +60,6 @@ class AngularFunctions:
 
     @property
     def chroma_count(self) -> int:
-        """How many of the functions are for chroma."""
         return len(self.last.biases) - 1 - self.luma_count
 
     def __call__(self, wi: Floats, wo: Floats) -> FunctionValues:
@@ -90,7 +73,7 @@ class AngularFunctions:
 
 
 def wide_features(values: Any, hidden: Sequence[AnyLayer], wide: AnyLayer) -> Any:
-    """What the last layer of :class:`AngularFunctions` sees, of inputs of any library."""
+    """The inputs of the last layer of :class:`AngularFunctions`, in any array library."""
     first, *others = hidden
     state = dense(values, first, SILU)
     for layer in others:
@@ -99,7 +82,7 @@ def wide_features(values: Any, hidden: Sequence[AnyLayer], wide: AnyLayer) -> An
 
 
 def direction_inputs(wi: Floats, wo: Floats) -> Floats:
-    """What the network sees of pairs of directions: shape (n, :data:`INPUTS`), about within -2..2.
+    """Inputs of the network for pairs of directions: shape (n, :data:`INPUTS`), about within -2..2.
 
     Stereographic light, view and half vector, which have no pole to be rough at; the cosines; and
     logarithms of the angles between light and view and between half vector and normal, in which
@@ -110,7 +93,7 @@ def direction_inputs(wi: Floats, wo: Floats) -> Floats:
 
 
 def direction_components(wi: Components, wo: Components) -> list[Array]:
-    """The same of components of any array library, as a list."""
+    """The same as a list, for components from any array library."""
     xp = namespace(*wi, *wo)
     half = half_vector(wi, wo)
     cosine = xp.minimum(xp.maximum(dot(wi, wo), -1.0), 1.0)
@@ -125,20 +108,11 @@ def direction_components(wi: Components, wo: Components) -> list[Array]:
 
 @dataclass(frozen=True, eq=False)
 class SkipNetwork:
-    """x @ linear + network(x): what is nearly linear needs no more than a small network.
+    """x @ linear + network(x): what is nearly linear needs only a small network.
 
-    Parameters
-    ----------
-    linear
-        Shape (inputs, outputs).
-    layers
-        Of the network; all but the last are followed by x / (1 + exp(-x)). It may see more inputs
-        than the linear map, see :meth:`given`.
-
-    Raises
-    ------
-    ValueError
-        If the layers do not chain from the inputs to the outputs.
+    `linear` has shape (inputs, outputs). All layers of the network but the last are followed by x /
+    (1 + exp(-x)); it may see more inputs than the linear map, see :meth:`given`. A ValueError says
+    that the layers do not chain from the inputs to the outputs.
     """
 
     linear: Floats
@@ -152,7 +126,7 @@ class SkipNetwork:
             raise ValueError(f"layers end in {width} values, the linear map in {outputs}")
 
     def given(self, further: Floats) -> SkipNetwork:
-        """The network with the inputs that the linear map does not see held fixed."""
+        """The network with the inputs held fixed that the linear map does not see."""
         first, *others = self.layers
         inputs = len(self.linear)
         biases = np.asarray(first.biases + further @ first.weights[inputs:], np.float32)
@@ -183,7 +157,7 @@ class SkipNetwork:
 
 
 def _outputs(width: int, layers: Sequence[Layer]) -> int:
-    """How many values come out of layers that see so many; refuses those that do not chain."""
+    """The number of values that layers give; refuses layers that do not chain."""
     for layer in layers:
         if layer.weights.shape != (width, len(layer.biases)):
             raise ValueError(f"a layer of shape {layer.weights.shape} follows {width} values")

@@ -1,4 +1,4 @@
-"""Coefficients and codes that are to be expected, given reflectance at any directions."""
+"""The coefficients and codes to expect, given reflectance at any directions."""
 
 from __future__ import annotations
 
@@ -20,30 +20,22 @@ _DAMPING = 1e-2  # relative, of steps
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """What coefficients are like, from texels of the training.
+    """What coefficients are like, from the texels of the training.
 
-    Parameters
-    ----------
-    deviations
-        Root mean squares of coefficients, shape (K,).
-    noise
-        Variance of roots of reflectance factors about sums of the functions: what these cannot
-        express, and noise of the measurement.
-    covariance
-        Of coefficients about those that are completed, relative to the mean square of a texel,
-        shape (K, K); (0, 0) before these are known.
-    relative_noise
-        The noise in the units of `covariance`.
+    The covariance is that of coefficients about completed ones, relative to the mean square of a
+    texel; (0, 0) before the training.
     """
 
-    deviations: Floats
+    deviations: Floats  # root mean squares of coefficients, shape (K,)
     noise: float
-    covariance: Floats
-    relative_noise: float
+    """Variance of roots of reflectance about sums of the functions: what these cannot express, and
+    noise."""
+    covariance: Floats  # shape (K, K)
+    relative_noise: float  # the noise in the units of the covariance
 
 
 class Observation:
-    """What functions' values at a set of directions say about coefficients, given their prior."""
+    """What functions at a set of directions say about coefficients, given their prior."""
 
     def __init__(self, functions: FunctionValues, prior: Prior) -> None:
         self.functions, self.prior = functions, prior
@@ -64,11 +56,11 @@ class Observation:
 
     @cached_property
     def known(self) -> Floats:
-        """What fraction of each coefficient the directions determine, 0 to 1, shape (K,)."""
+        """The fraction of each coefficient that the directions determine, 0 to 1, shape (K,)."""
         return np.diag(self._ridge @ self.gram).astype(np.float32)
 
     def ridge(self, moments: Floats) -> Floats:
-        """Coefficients (b, K) of least squares with the prior's variances."""
+        """Coefficients (b, K) by least squares with the prior's variances."""
         return moments @ self._ridge.astype(np.float32)
 
     @cached_property
@@ -78,7 +70,7 @@ class Observation:
         return (np.linalg.inv(noise + self.gram @ covariance).T @ covariance).astype(np.float32)
 
     def expected(self, guess: Floats, moments: Floats) -> Floats:
-        """Coefficients (b, K) to be expected where a guess is as wrong as it was in the training.
+        """Coefficients (b, K) to expect where a guess is as wrong as it was in the training.
 
         Where much is known they are those of least squares, elsewhere those of the guess.
         """
@@ -88,7 +80,7 @@ class Observation:
 def project(codes: Floats, wanted: Floats, decode: SkipNetwork, steps: int) -> Floats:
     """Codes (b, values) whose coefficients are closest to those wanted, shape (b, K).
 
-    Gauss-Newton steps from given codes, which stay where the steps do not end closer.
+    Takes Gauss-Newton steps from given codes; codes that these do not bring closer stay.
     """
     diagonal = np.arange(codes.shape[1])
     found = codes

@@ -13,58 +13,32 @@ from nacre.runtime.progress import Progress
 from nacre.runtime.store import Store
 from nacre.textures.selection import of_same_directions
 
+VERSION = 2  # of files of the codec, and of states of its training
 _MIN_TEXELS = 2048  # that functions are found from
 
 
 @dataclass(frozen=True)
 class BasisRecipe:
-    """Sizes and efforts.
-
-    Parameters
-    ----------
-    code_dim
-        Number of values of a code.
-    luma_count, chroma_count
-        Number of functions of luma, and of chroma: luma_count + 2 chroma_count coefficients a
-        texel.
-    texels
-        Of each material, that the functions are found from; more where there are few materials.
-    coded_texels
-        Of each material, that codes are learned from.
-    width, depth, wide
-        Units of the hidden layers of the network that gives the functions, their number, and units
-        of the layer after them.
-    hidden
-        Units of each of the two layers between code and coefficients, and back.
-    completing
-        Units of each of the two layers of the network that completes coefficients.
-    function_steps, code_steps
-        Of the optimizer.
-    memory
-        Bytes of training texels at a time: fewer of each material are taken if need be.
-    seed
-        Of all that is random.
-
-    Raises
-    ------
-    ValueError
-        If a number is not positive, the seed is negative, or there are more values in a code than
-        coefficients.
+    """Sizes and efforts; a ValueError says that a number is not positive, the seed is negative, or
+    codes have more values than there are coefficients, luma_count + 2 chroma_count per texel.
     """
 
-    code_dim: int = 32
-    luma_count: int = 96
-    chroma_count: int = 16
+    code_dim: int = 32  # number of values of a code
+    luma_count: int = 96  # number of functions of luma
+    chroma_count: int = 16  # number of functions of chroma
     texels: int = 100
-    coded_texels: int = 512
-    width: int = 192
-    depth: int = 4
-    wide: int = 512
-    hidden: int = 256
+    """Of each material, that functions are found from; more where there are few materials."""
+    coded_texels: int = 512  # of each material, that codes are learned from
+    width: int = 192  # units of the hidden layers of the network that gives the functions
+    depth: int = 4  # number of these layers
+    wide: int = 512  # units of the layer after them
+    hidden: int = 256  # units of each of the two layers between code and coefficients, and back
     completing: int = 512
+    """Units of each of the two layers of the network that completes coefficients."""
     function_steps: int = 4000
     code_steps: int = 6000
     memory: int = 1 << 32
+    """Bytes of training texels at a time: fewer of each material are taken if need be."""
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -76,7 +50,6 @@ class BasisRecipe:
 
     @classmethod
     def of(cls, code_dim: int | None, steps: int | None, seed: int) -> BasisRecipe:
-        """See :meth:`nacre.textures.codecs.basis.codec.BasisCodec.recipe`."""
         plain = cls(seed=seed)
         limit = plain.luma_count + 2 * plain.chroma_count
         if code_dim is not None and code_dim > limit:
@@ -89,7 +62,6 @@ class BasisRecipe:
 
     @property
     def steps(self) -> int:
-        """Of both stages."""
         return self.function_steps + self.code_steps
 
     def texels_of_each(self, materials: int) -> int:
@@ -98,15 +70,13 @@ class BasisRecipe:
 
 
 class Work(NamedTuple):
-    """What every stage of a training needs: the recipe, whom to tell, and where results stay."""
-
     recipe: BasisRecipe
     report: Progress
     store: Store
 
 
 def check_textures(textures: Sequence[Callable[[], Btf]], recipe: BasisRecipe) -> None:
-    """Refuse textures of different directions, and too few texels, with a :class:`NacreError`.
+    """Refuse textures with different directions, and too few texels, with a :class:`NacreError`.
 
     Each is opened by a call, and errors call it by its name.
     """

@@ -16,7 +16,6 @@ from nacre.io.files import PathLike
 from nacre.measured.textures.transposition import narrowed, transposed
 from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.code_training import train_codes
-from nacre.textures.codecs.basis.codec import VERSION, BasisCodec
 from nacre.textures.codecs.basis.coefficients import (
     TrainingTexels,
     partial_measurements,
@@ -28,8 +27,9 @@ from nacre.textures.codecs.basis.function_training import (
     principal_components,
     train_functions,
 )
-from nacre.textures.codecs.basis.networks import AngularFunctions
-from nacre.textures.codecs.basis.recipe import BasisRecipe, Work, check_textures
+from nacre.textures.codecs.basis.networks import AngularFunctions, SkipNetwork
+from nacre.textures.codecs.basis.posterior import Prior
+from nacre.textures.codecs.basis.recipe import VERSION, BasisRecipe, Work, check_textures
 from nacre.textures.codecs.codec import TrainingRun
 from nacre.textures.codecs.symmetry import symmetric_rotations
 from nacre.textures.selection import random_texels
@@ -38,26 +38,18 @@ _VALUE_BYTES = 3 * (2 + 4)
 """Of a pair of directions of a texel: as half floats, and as luma and chroma."""
 
 
-def train_basis(run: TrainingRun, recipe: BasisRecipe) -> BasisCodec:
-    """The default codec, learned from textures of the same pairs of directions.
+def train_parts(
+    run: TrainingRun, recipe: BasisRecipe
+) -> tuple[AngularFunctions, SkipNetwork, SkipNetwork, SkipNetwork, Prior]:
+    """The parts of the default codec, learned from textures with the same pairs of directions.
 
     Takes minutes. Texels count with their rotations about the normal that the directions allow, and
     with every order of the channels; uniform diffuse texels of all colors are learned with them.
+    Each texture is opened three times in all, and read twice.
 
-    Parameters
-    ----------
-    run
-        Each texture is opened three times in all, and read twice.
-    recipe
-        Sizes and efforts.
-
-    Raises
-    ------
-    FormatError
-        If a texture cannot be read.
-    NacreError
-        If there are too few texels, they are too much alike or too large, directions differ, or the
-        state is of another training.
+    Raises a FormatError if a texture cannot be read, and a NacreError if there are too few texels,
+    they are too much alike or too large, directions differ, or the state belongs to another
+    training.
     """
     textures = [partial(_open, run.load, path) for path in run.paths]
     check_textures(textures, recipe)
@@ -87,11 +79,11 @@ def train_basis(run: TrainingRun, recipe: BasisRecipe) -> BasisCodec:
 
     data = kept(store, "coefficients", TrainingTexels, found_texels)
     store.remove("coefficients-*")
-    return BasisCodec(functions, *train_codes(data, values, work))
+    return functions, *train_codes(data, values, work)
 
 
 def _open(load: Callable[[PathLike], Btf], path: PathLike) -> Btf:
-    """A texture by the name that its errors should have."""
+    """A texture with the name that its errors should have."""
     return load(path).replaced(name=str(path))
 
 
@@ -120,7 +112,7 @@ def _gathered(textures: Sequence[Callable[[], Btf]], work: Work) -> tuple[Floats
 def _texels_of(
     open_texture: Callable[[], Btf], recipe: BasisRecipe, index: int, textures: int
 ) -> _Texels:
-    """Random ones, other ones for each place in the list."""
+    """Random texels, other ones for each place in the list."""
     random = np.random.default_rng([recipe.seed, index])
     with transposed(open_texture()) as texture:
         limit = max(1, recipe.memory // (_VALUE_BYTES * texture.pair_count * textures))
@@ -130,7 +122,7 @@ def _texels_of(
 
 
 def uniform_texels(wi: Floats, wo: Floats, count: int, seed: int) -> TableBtf:
-    """A row of texels, each of one reflectance factor at all pairs of directions, shape (n, 3).
+    """A row of texels, each with one reflectance factor at all pairs of directions, shape (n, 3).
 
     Their colors lie anywhere between black and white, dark ones as often as bright ones.
     """

@@ -2,9 +2,9 @@
 
 The paper of 2020 says what its encoder is: convolutions in one dimension over the ordered list of
 reflectance, downsampling by max pooling, then fully connected layers with ReLUs; the decoder is the
-one it takes over itself, and eight values serve a material. Numbers and sizes of the encoder's
-layers are not given there; those here are ours: four convolutions of nine entries with 16, 16, 32
-and 32 channels, each followed by a ReLU and the largest of four, and one hidden layer of 128.
+one that it adopts itself, and eight values serve a material. The paper does not give numbers and
+sizes of the encoder's layers; those here are ours: four convolutions of nine entries with 16, 16,
+32 and 32 channels, each followed by a ReLU and the largest of four, and one hidden layer of 128.
 """
 
 from __future__ import annotations
@@ -29,35 +29,21 @@ from nacre.textures.codecs.networks.mlp import (
     mlp_shapes,
     torch,
 )
-from nacre.textures.codecs.networks.network import TexelNetwork
 from nacre.textures.codecs.networks.preprocessing import Whitening
+from nacre.textures.codecs.networks.trainable import TrainableNetwork
 
 
 @dataclass(frozen=True)
 class CustomSettings:
-    """Sizes of the network.
-
-    Parameters
-    ----------
-    latent
-        L, the values of a code.
-    channels
-        Of the convolutions, in order.
-    kernel
-        Entries that a convolution sees, an odd number.
-    pool
-        Entries of which the largest goes on.
-    hidden
-        Widths of the fully connected hidden layers.
-    decoder, decoder_hidden
-        See :class:`nacre.textures.codecs.networks.mlp.Decoder`.
+    """Sizes of the network; for the decoder see
+    :data:`nacre.textures.codecs.networks.mlp.DECODERS`.
     """
 
-    latent: int = 8
-    channels: tuple[int, ...] = (16, 16, 32, 32)
-    kernel: int = 9
-    pool: int = 4
-    hidden: tuple[int, ...] = (128,)
+    latent: int = 8  # L, the values of a code
+    channels: tuple[int, ...] = (16, 16, 32, 32)  # of the convolutions, in order
+    kernel: int = 9  # entries that a convolution sees, an odd number
+    pool: int = 4  # entries of which the largest goes on
+    hidden: tuple[int, ...] = (128,)  # widths of the fully connected hidden layers
     decoder: str = "network"
     decoder_hidden: tuple[int, ...] = HIDDEN
 
@@ -69,23 +55,12 @@ class CustomSettings:
             )
 
 
-class CustomNetwork(TexelNetwork):
-    """An encoder for one set of pairs of directions, in their order.
+class CustomNetwork(TrainableNetwork):
+    """An encoder for one set of pairs of directions `wi` and `wo`, shape (n, 3), in their order.
 
     Trained on one material, it is overfitted to it, as its authors use it; trained on many, it is
-    the "custom network trained on all" of Rainer et al. 2020, Figure 4.
-
-    Parameters
-    ----------
-    wi, wo
-        The directions, shape (n, 3).
-    settings, whitening, parameters, seed, variance
-        See :class:`TexelNetwork`.
-
-    Raises
-    ------
-    ValueError
-        If the tensors do not fit the settings.
+    the "custom network trained on all" of Rainer et al. 2020, Figure 4. For other parameters and
+    errors see :class:`nacre.textures.codecs.networks.TexelNetwork`.
     """
 
     kind = "custom"

@@ -1,4 +1,4 @@
-"""Random texels of many files, of which few are in memory at a time."""
+"""Random texels from many files, of which few are in memory at a time."""
 
 from __future__ import annotations
 
@@ -19,8 +19,7 @@ from nacre.io.files import PathLike
 from nacre.measured.textures.transposition import transposed
 
 Load: TypeAlias = Callable[[PathLike], Btf]
-Picks: TypeAlias = npt.NDArray[np.int64]
-"""Pairs of a file and one of its texels, shape (..., 2)."""
+Picks: TypeAlias = npt.NDArray[np.int64]  # pairs of a file and one of its texels, shape (..., 2)
 Entries: TypeAlias = npt.NDArray[np.int64] | None
 """Some pairs of directions, in their order; None for all."""
 
@@ -30,16 +29,8 @@ _STATISTICS, _HELD_OUT = 16, 256
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Texels at the same pairs of directions.
-
-    Parameters
-    ----------
-    values
-        Reflectance factors, shape (b, n, 3).
-    group
-        Index of the directions in :attr:`TexelStream.directions`.
-    entries
-        Which of those directions the values are at.
+    """Texels at the same pairs of directions: reflectance factors, shape (b, n, 3); the index of
+    their directions in :attr:`TexelStream.directions`; and which of those directions they are at.
     """
 
     values: npt.NDArray[np.float32]
@@ -75,50 +66,25 @@ class _Plan:
     picks: Picks
     group: int
     entries: Entries
-
-    def count(self, directions: tuple[Floats, Floats]) -> int:
-        """How many pairs are read."""
-        return len(directions[0]) if self.entries is None else len(self.entries)
+    pairs: int  # how many are read
 
 
 class TexelStream:
     """Batches of random texels of textures.
 
-    Every epoch draws some texels of every file, never one that is held out, and shuffles them into
-    batches of texels of the same directions. Batches are read ahead by a thread, as many at once as
-    memory allows, so that a file is opened once for all that is needed of it. What an epoch holds
-    depends on the seed and its number only. Of several processes each reads its part of every
-    batch.
+    Every epoch draws `texels` texels from every file, or all that a smaller file has, never one of
+    the fraction `held_out`, and shuffles them into batches of texels with the same directions. A
+    thread reads batches ahead, as many at once as `memory` bytes allow, about, so that a file is
+    opened once for all that is needed of it. What an epoch holds depends only on the seed and its
+    number. With several processes (`rank`, `size`), each reads its part of every batch; `batch` is
+    the number of texels over all of them.
 
-    Parameters
-    ----------
-    paths
-        Files.
-    load
-        Opens one; called again whenever texels are needed, so that no file stays in memory. See
-        :func:`images_once` for folders of images.
-    batch
-        Texels of a batch, over all processes.
-    texels
-        Drawn of every file and epoch; fewer where a file has fewer.
-    held_out
-        Fraction of every file's texels that is never drawn.
-    entries
-        Which pairs of directions a batch needs, of a step and a number of pairs: no others are
-        read. All where None.
-    seed
-        Of everything random.
-    memory
-        Bytes of texels that are in memory at once, about.
-    rank, size
-        Number of this process, and of all.
+    `load` opens a file, whenever its texels are needed, so that no file stays in memory; see
+    :func:`images_once` for folders of images. `entries` says which pairs of directions a batch
+    needs, given the step and the number of pairs: no others are read; all where None.
 
-    Raises
-    ------
-    FormatError
-        As `load` does.
-    NacreError
-        If there is no file, or the batch cannot be shared out evenly.
+    Raises what `load` does, and a NacreError if there is no file, or the batch cannot be shared out
+    evenly.
     """
 
     def __init__(
@@ -142,9 +108,9 @@ class TexelStream:
         self._paths, self._load, self._batch, self._seed = paths, load, batch, seed
         self._part = slice(rank * batch // size, (rank + 1) * batch // size)
         self._memory, self._entries = memory, entries
-        self.directions: list[tuple[Floats, Floats]] = []  # every wi and wo that files have
+        self.directions: list[tuple[Floats, Floats]] = []  # every wi and wo in files
         self.examples: list[PathLike] = []  # the first file of each
-        self.names: list[str] = []  # of the materials
+        self.names: list[str] = []  # the materials'
         self._groups: list[int] = []
         self._own: list[Picks] = []
         self._kept: list[Picks] = []
@@ -171,7 +137,6 @@ class TexelStream:
 
     @property
     def epoch_steps(self) -> int:
-        """Batches of an epoch."""
         return int(self._steps.sum())
 
     def sample(self) -> Iterator[npt.NDArray[np.float32]]:
@@ -180,7 +145,7 @@ class TexelStream:
             yield self._texels_of(index, own[:_STATISTICS, 1])
 
     def held_out(self) -> list[Batch]:
-        """Texels that are never trained on, the same for all processes; none of small files."""
+        """Texels that are never trained on, the same for all processes; small files have none."""
         each = max(1, _HELD_OUT // len(self._paths))
         found: dict[int, list[npt.NDArray[np.float32]]] = {}
         for index, kept in enumerate(self._kept):
@@ -190,7 +155,7 @@ class TexelStream:
         return [Batch(np.concatenate(parts), group) for group, parts in found.items()]
 
     def batches(self, start: int, stop: int) -> Generator[Batch, None, None]:
-        """The part of this process in the batches from a step to another."""
+        """The batches from one step to another, as far as they belong to this process."""
         plans = self._plans(start, stop)
         with ThreadPoolExecutor(1, "texels") as reader:
             ahead = reader.submit(self._read, next(plans, []))
@@ -201,7 +166,7 @@ class TexelStream:
                     yield batches.pop()
 
     def _plans(self, start: int, stop: int) -> Iterator[list[_Plan]]:
-        """What is read at once: the texels of some batches in a row, of one epoch."""
+        """What is read at once: the texels of some batches in a row, in one epoch."""
         plan: list[_Plan] = []
         used = 0
         for step in range(start, stop):
@@ -212,18 +177,18 @@ class TexelStream:
             group = self._groups[picks[0, 0]]
             pairs = len(self.directions[group][0])
             entries = None if self._entries is None else self._entries(step, pairs)
-            needed = 12 * len(picks) * (pairs if entries is None else len(entries))
+            pairs = pairs if entries is None else len(entries)
+            needed = 12 * len(picks) * pairs
             # Two of them are in memory: one is used while the next is read.
             if plan and (index == 0 or used + needed > self._memory // 2):
                 yield plan
                 plan, used = [], 0
-            plan.append(_Plan(picks, group, entries))
+            plan.append(_Plan(picks, group, entries, pairs))
             used += needed
         if plan:
             yield plan
 
     def _epoch(self, epoch: int) -> list[Picks]:
-        """The texels of all batches of an epoch."""
         random = np.random.default_rng((self._seed, 3, epoch))
         batches: list[Picks] = []
         for group, steps in enumerate(self._steps):
@@ -234,15 +199,9 @@ class TexelStream:
         return [batches[index] for index in random.permutation(len(batches))]
 
     def _read(self, plan: list[_Plan]) -> list[Batch]:
-        """The batches of a plan, every file opened once."""
-        found = [
-            Batch(
-                np.empty((len(part.picks), part.count(self.directions[part.group]), 3), np.float32),
-                part.group,
-                part.entries,
-            )
-            for part in plan
-        ]
+        shapes = ((len(part.picks), part.pairs, 3) for part in plan)
+        values = (np.empty(shape, np.float32) for shape in shapes)
+        found = [Batch(v, p.group, p.entries) for v, p in zip(values, plan, strict=True)]
         for file in np.unique([part.picks[:, 0] for part in plan]) if plan else ():
             texture = self._load(self._paths[file])
             for part, batch in zip(plan, found, strict=True):
@@ -254,7 +213,6 @@ class TexelStream:
         return found
 
     def _texels_of(self, index: int, chosen: npt.NDArray[np.int64]) -> npt.NDArray[np.float32]:
-        """Values of some texels of a file at all directions."""
         return self._values(self._load(self._paths[index]), index, chosen, None)
 
     def _values(

@@ -13,7 +13,7 @@ from nacre.textures.codecs.networks.mlp import Tensor, torch
 
 @dataclass(frozen=True)
 class Processes:
-    """One of the processes that train together: its number, and that of all; alone by default."""
+    """One of the processes that train together: its number, and how many there are."""
 
     rank: int = 0
     size: int = 1
@@ -31,7 +31,6 @@ class Processes:
             gradient.copy_(part.view_as(gradient))
 
     def agree(self, number: float, device: Any) -> float:
-        """What the first process says."""
         if self.size == 1:
             return number
         said = torch.tensor(number, dtype=torch.float64, device=device)
@@ -41,9 +40,8 @@ class Processes:
 
 @contextmanager
 def processes(device: str) -> Iterator[tuple[Processes, str]]:
-    """Join those that `torchrun` has started; gives them, and the device of this one.
-
-    "cuda" becomes one device a process.
+    """Join those that `torchrun` has started; gives them, and the device of this one: "cuda"
+    becomes one device per process.
     """
     size = int(os.environ.get("WORLD_SIZE", "1"))
     if size == 1:

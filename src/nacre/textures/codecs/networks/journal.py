@@ -1,4 +1,4 @@
-"""What training writes down as it goes: a table, and events for TensorBoard."""
+"""What a training writes down as it goes: a table, and events for TensorBoard."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import csv
 import re
 from contextlib import suppress
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import IO, Any
 
 from nacre.errors import FormatError, NacreError, require
 
@@ -15,23 +15,13 @@ _STEP = re.compile(r"[0-9]{1,18}")
 _LINE = 80  # characters that the first line may have, and more
 
 
-class Row(NamedTuple):
-    """What a training writes down at a step; no validation at most of them."""
-
-    step: int
-    seconds: float
-    learning_rate: float
-    loss: float
-    validation: float | None
-
-
 class Journal:
     """A context manager that writes a row of a CSV file and TensorBoard events for every report.
 
-    Either may be None. Rows of steps after `step`, where training begins, are taken out of the
-    file, so that training that goes on writes every step once. A file of this name that is no such
-    table, or cannot be read or written, is a :class:`NacreError`. `last` is the step of the last
-    row, 0 where there is none.
+    Either may be None. Rows after `step`, where training begins, are removed from the file, so that
+    a training that is resumed writes every step once. A :class:`NacreError` says that a file with
+    this name is not such a table, or cannot be read or written. `last` is the step of the last row,
+    0 where there is none.
     """
 
     def __init__(self, path: Path | None, step: int = 0, events: Path | None = None) -> None:
@@ -84,21 +74,9 @@ def _rows(path: Path, step: int) -> list[list[str]]:
         return []
     with path.open(newline="", encoding="utf-8", errors="replace") as file:
         if file.readline(_LINE).rstrip("\r\n") not in ("", ",".join(COLUMNS)):
-            raise NacreError(f"{path}: is no table of a training; move it, or name another output")
+            raise NacreError(f"{path}: is not a training's table; move it, or name another output")
         try:
             rows = [row for row in csv.reader(file) if len(row) == len(COLUMNS)] if step else []
         except csv.Error as error:
-            raise NacreError(f"{path}: is damaged ({error}); move it to begin a new one") from error
+            raise NacreError(f"{path}: is damaged ({error}); move it to start a new one") from error
     return [row for row in rows if _STEP.fullmatch(row[0]) and int(row[0]) <= step]
-
-
-def read_journal(path: Path) -> list[Row]:
-    """Rows of a journal; none where there is no file, or it is damaged."""
-    try:
-        kept = _rows(path, 1 << 62)
-        return [
-            Row(int(step), float(seconds), float(rate), float(loss), float(last) if last else None)
-            for step, seconds, rate, loss, last in kept
-        ]
-    except (OSError, ValueError, NacreError):
-        return []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -14,7 +14,6 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.errors import require
 from nacre.geometry import split, stereographic
-from nacre.numerics.mlp import forward
 
 torch: Any = require("torch", "btf")
 _Settings = TypeVar("_Settings")
@@ -49,12 +48,13 @@ def mlp_layers(parameters: Parameters, name: str) -> list[tuple[Any, Any]]:
 def initial(
     shapes: Shapes, random: np.random.Generator, variance: str = "he"
 ) -> dict[str, npt.NDArray[np.float32]]:
-    """Random weights and biases, of tensors called `x.weight`, (inputs, outputs) or of a
+    """Random weights and biases, for tensors called `x.weight`, (inputs, outputs) or for a
     convolution (outputs, inputs, size), each followed by its `x.bias`.
 
-    Biases lie within 1 / sqrt(inputs of the layer), weights within that times a factor of
-    :data:`VARIANCES`: "pytorch" as layers of PyTorch have it, a third of 1 / inputs; "he" with 2 /
-    inputs, so that the variance of signals stays through layers with ReLUs (He et al. 2015).
+    Biases lie within 1 / sqrt(inputs of the layer), weights within that times a factor from
+    :data:`VARIANCES`: "pytorch" as in layers of PyTorch, a variance of a third of 1 / inputs; "he"
+    with 2 / inputs, so that the variance of signals stays through layers with ReLUs (He et al.
+    2015).
     """
     arrays, bound = {}, 0.0
     for name, shape in shapes.items():
@@ -66,75 +66,24 @@ def initial(
     return arrays
 
 
-INPUTS = 4
-"""Stereographic coordinates of the light and of the viewer."""
+INPUTS = 4  # stereographic coordinates of the light and of the viewer
 HIDDEN = (106, 106, 106, 106)
 """Widths of the hidden layers (Rainer et al. 2020, section 4; as in Rainer et al. 2019)."""
 DECODERS = "network", "bilinear"
-_COEFFICIENTS = 128
-"""Width of the layer between a code and the coefficients of the bilinear decoder."""
-
-
-@dataclass(frozen=True)
-class Decoder:
-    """The sizes of a decoder, and what it does with its tensors: for codes of L values, layers of
-    some widths, of one of the kinds :data:`DECODERS`.
-
-    The "network" is the paper's: hidden layers with ReLUs on the code and the stereographic
-    coordinates of both directions. The "bilinear" one is ours: a network of the directions alone
-    gives as many features as its last width, a network of the code as many coefficients for each
-    channel, and a value is their product, so that a code that is met often costs one dot product
-    for each channel and pair of directions.
-    """
-
-    latent: int
-    hidden: tuple[int, ...] = HIDDEN
-    kind: str = "network"
-
-    def shapes(self) -> Shapes:
-        """Names and shapes of the tensors."""
-        if self.kind == "network":
-            return mlp_shapes("decoder", (self.latent + INPUTS, *self.hidden, 3))
-        features = self.hidden[-1]
-        return mlp_shapes("features", (INPUTS, *self.hidden)) | mlp_shapes(
-            "coefficients", (self.latent, _COEFFICIENTS, 3 * features)
-        )
-
-    def prepare(self, parameters: Parameters, directions: Tensor) -> Tensor:
-        """What depends on the pairs of directions only, shape (n, width).
-
-        Directions are stereographic coordinates of light and viewer, shape (n, 4).
-        """
-        if self.kind == "bilinear":
-            features = forward(directions, mlp_layers(parameters, "features"))
-            return features / math.sqrt(self.hidden[-1])
-        weight, bias = mlp_layers(parameters, "decoder")[0]
-        return torch.addmm(bias, directions, weight[self.latent :])
-
-    def decode(self, parameters: Parameters, codes: Tensor, prepared: Tensor) -> Tensor:
-        """Whitened logarithms, shape (b, n, 3), of codes of shape (b, L).
-
-        The part of the first layer that sees the code is evaluated once a code, that which sees
-        the directions has been once a pair of directions.
-        """
-        if self.kind == "bilinear":
-            coefficients = forward(codes, mlp_layers(parameters, "coefficients"))
-            products = coefficients.reshape(-1, prepared.shape[1]) @ prepared.mT
-            return products.reshape(len(codes), 3, -1).mT
-        (weight, _), *others = mlp_layers(parameters, "decoder")
-        first = (codes @ weight[: self.latent])[:, None] + prepared
-        values = forward(first.relu_().flatten(0, 1), others)
-        return values.reshape(len(codes), len(prepared), 3)
+"""Kinds of decoders. The "network" is the paper's: hidden layers with ReLUs on the code and the
+stereographic coordinates of both directions. The "bilinear" one is ours: a network on the
+directions alone gives as many features as its last width, a network on the code as many
+coefficients for each channel, and a value is their product, so that a code that is met often costs
+one dot product for each channel and pair of directions."""
 
 
 def direction_inputs(wi: Floats, wo: Floats) -> npt.NDArray[np.float32]:
-    """Stereographic coordinates of light and viewer, shape (n, 4)."""
     parts = (*stereographic(split(wi)), *stereographic(split(wo)))
     return np.stack(parts, axis=-1).astype(np.float32)
 
 
 def check_sizes(settings: Any) -> None:
-    """Refuse settings of a network that none can have, by the name of the setting."""
+    """Refuse settings that no network can have, with the name of the setting."""
     if settings.decoder not in DECODERS:
         raise ValueError(f"decoder must be one of {', '.join(DECODERS)}, got {settings.decoder!r}")
     sizes = {name: value for name, value in vars(settings).items() if not isinstance(value, str)}
@@ -145,9 +94,8 @@ def check_sizes(settings: Any) -> None:
 
 
 def settings_from_json(kind: type[_Settings], found: dict[str, Any]) -> _Settings:
-    """Settings from JSON, whose lists are tuples here."""
     if set(found) != {field.name for field in fields(kind)}:  # type: ignore[arg-type]
-        raise ValueError(f"settings are {sorted(found)}, others than this nacre knows")
+        raise ValueError(f"settings are {sorted(found)}, not those that this nacre knows")
     values: dict[str, Any] = {}
     for name, value in found.items():
         default = getattr(kind, name)

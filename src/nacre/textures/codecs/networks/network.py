@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import abc
 import itertools
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
 from typing import Any, ClassVar, Self, TypeVar
@@ -12,24 +13,24 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.errors import NacreError, reason
+from nacre.errors import NacreError
 from nacre.io.tensors import Tensors, check_header, check_unit_vectors, in_precision, in_single
-from nacre.numerics.mlp import Layer
+from nacre.numerics.mlp import Layer, forward
 from nacre.runtime.device import one_thread
 from nacre.runtime.parallel import thread_map
-from nacre.textures.codecs.codec import Filter, TexelCodec, TexelMap, TrainingRun, check_shape
+from nacre.textures.codecs.codec import Filter, TexelCodec, TexelMap, check_shape
 from nacre.textures.codecs.networks.mlp import (
-    Decoder,
+    INPUTS,
     Shapes,
     Tensor,
     direction_inputs,
     initial,
     mlp_layers,
+    mlp_shapes,
     settings_from_json,
     torch,
 )
 from nacre.textures.codecs.networks.preprocessing import Whitening
-from nacre.textures.codecs.networks.recipe import NetworkRecipe, TrainingRecipe
 
 _Part = TypeVar("_Part")
 _Settings = TypeVar("_Settings")
@@ -37,6 +38,7 @@ _Settings = TypeVar("_Settings")
 _CHUNK = 64  # texels that are encoded at a time
 _ROWS = 1 << 11
 """Pairs of a code and directions that are decoded at a time: their layers stay in the cache."""
+_COEFFICIENTS = 128  # width of the layer between a code and the bilinear decoder's coefficients
 _VERSION = 1
 _VALUES = "whitened log(pi f_r + offset), linear Rec. 709"
 DIRECTIONS = "wi", "wo"
@@ -45,35 +47,18 @@ DIRECTIONS = "wi", "wo"
 class TexelNetwork(TexelCodec):
     """An encoder of texels and the decoder of their codes.
 
-    Parameters
-    ----------
-    settings
-        Sizes; a frozen dataclass with fields `latent`, `decoder` and `decoder_hidden`.
-    whitening
-        What is done to reflectance before the encoder, and undone after the decoder.
-    parameters
-        Tensors by the names of :meth:`shapes`; random ones where None.
-    seed, variance
-        Of the random ones; see :func:`nacre.textures.codecs.networks.mlp.initial`.
-
-    Raises
-    ------
-    ValueError
-        If tensors are missing or have other shapes than the settings ask for.
+    The settings are sizes: a frozen dataclass with fields `latent`, `decoder` and `decoder_hidden`.
+    Reflectance is whitened before the encoder, and restored after the decoder. Parameters are
+    tensors by the names of :meth:`shapes`; random ones where None, see
+    :func:`nacre.textures.codecs.networks.mlp.initial`. A ValueError says that tensors are missing
+    or have other shapes than the settings ask for.
     """
 
     uses_all_cores = True
     hit_form = "network"
     filtered_by: ClassVar[Filter] = "codes"  # as in Rainer et al. 2020, section 5.2
-    distributed = True
-    journaled = True
     settings_type: ClassVar[type[Any]]
     """Type of the settings."""
-    training_defaults: ClassVar[Mapping[str, Any]] = {}
-    """Settings of a :class:`nacre.textures.codecs.networks.recipe.TrainingRecipe` that the network
-    is trained with unless others are given."""
-    recipe_defaults: ClassVar[Mapping[str, Any]] = {}
-    """More of them, of nacre's own recipe only."""
     starts: ClassVar[Mapping[str, float]] = {}
     """What tensors are full of before training, of those that do not begin at random."""
     fixed_directions: ClassVar[bool] = False
@@ -91,8 +76,7 @@ class TexelNetwork(TexelCodec):
         self.settings, self.whitening = settings, whitening
         self.metadata = {}
         self.code_dim = settings.latent
-        self._decoder = Decoder(settings.latent, settings.decoder_hidden, settings.decoder)
-        shapes = self.shapes() | self._decoder.shapes()
+        shapes = self.shapes() | self._decoder_shapes()
         if parameters is None:
             parameters = initial(shapes, np.random.default_rng((seed, 1)), variance)
             for name, start in self.starts.items():
@@ -112,7 +96,7 @@ class TexelNetwork(TexelCodec):
 
     @abc.abstractmethod
     def prepare_encoder(self, directions: Tensor) -> Any:
-        """What of the encoder depends on the pairs of directions only.
+        """The part of the encoder that depends on the pairs of directions only.
 
         Directions are stereographic coordinates of light and viewer, shape (n, 4).
         """
@@ -121,32 +105,49 @@ class TexelNetwork(TexelCodec):
     def encode(self, values: Tensor, prepared: Any) -> Tensor:
         """Codes, shape (b, L), of whitened texels of shape (b, 3, n)."""
 
+    def _decoder_shapes(self) -> Shapes:
+        hidden = self.settings.decoder_hidden
+        if self.settings.decoder == "network":
+            return mlp_shapes("decoder", (self.code_dim + INPUTS, *hidden, 3))
+        coefficients = self.code_dim, _COEFFICIENTS, 3 * hidden[-1]
+        return mlp_shapes("features", (INPUTS, *hidden)) | mlp_shapes("coefficients", coefficients)
+
     def prepare_decoder(self, directions: Tensor) -> Tensor:
-        return self._decoder.prepare(self.parameters, directions)
+        """The part of the decoder that depends on the pairs of directions only, shape (n, width).
+
+        Directions are stereographic coordinates of light and viewer, shape (n, 4).
+        """
+        if self.settings.decoder == "bilinear":
+            features = forward(directions, mlp_layers(self.parameters, "features"))
+            return features / math.sqrt(self.settings.decoder_hidden[-1])
+        weight, bias = mlp_layers(self.parameters, "decoder")[0]
+        return torch.addmm(bias, directions, weight[self.code_dim :])
 
     def decode(self, codes: Tensor, prepared: Tensor) -> Tensor:
-        return self._decoder.decode(self.parameters, codes, prepared)
+        """Whitened logarithms, shape (b, n, 3), of codes of shape (b, L).
+
+        The part of the first layer that sees the code is evaluated once per code.
+        """
+        if self.settings.decoder == "bilinear":
+            coefficients = forward(codes, mlp_layers(self.parameters, "coefficients"))
+            products = coefficients.reshape(-1, prepared.shape[1]) @ prepared.mT
+            return products.reshape(len(codes), 3, -1).mT
+        (weight, _), *others = mlp_layers(self.parameters, "decoder")
+        first = (codes @ weight[: self.code_dim])[:, None] + prepared
+        values = forward(first.relu_().flatten(0, 1), others)
+        return values.reshape(len(codes), len(prepared), 3)
 
     def to(self, device: Any) -> Self:
-        """A copy with its tensors on a PyTorch device."""
         moved = {name: p.detach().to(device) for name, p in self.parameters.items()}
         return self.replaced(parameters=moved)
 
     def arrays(self) -> dict[str, npt.NDArray[np.float32]]:
-        """Copies of the tensors."""
         return {name: p.detach().cpu().numpy().copy() for name, p in self.parameters.items()}
 
     def check_directions(self, wi: Floats, wo: Floats) -> None:
-        """Refuse pairs of directions that texels cannot be encoded at: a :class:`NacreError`."""
+        """Refuse pairs of directions that texels cannot be encoded at, by a :class:`NacreError`."""
 
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
-        """See :meth:`nacre.textures.codecs.TexelCodec.encoder`.
-
-        Raises
-        ------
-        NacreError
-            If the network is for other directions only.
-        """
         self.check_directions(wi, wo)
         with torch.inference_mode():
             prepared = self.prepare_encoder(self._inputs(wi, wo))
@@ -195,12 +196,7 @@ class TexelNetwork(TexelCodec):
         """Layers of the decoder with ReLUs between them, for renderers.
 
         They map a code and the stereographic coordinates of light and viewer to whitened
-        logarithms.
-
-        Raises
-        ------
-        NacreError
-            If the decoder is another than the papers'.
+        logarithms. A NacreError says that the decoder is not the papers'.
         """
         if self.settings.decoder != "network":
             raise NacreError(
@@ -209,7 +205,6 @@ class TexelNetwork(TexelCodec):
         return [Layer(*pair) for pair in mlp_layers(self.arrays(), "decoder")]
 
     def describe(self) -> dict[str, Any]:
-        """See :meth:`TexelCodec.describe`: the settings."""
         sizes = {name.replace("_", " "): value for name, value in asdict(self.settings).items()}
         del sizes["latent"]
         return {k: list(v) if isinstance(v, tuple) else v for k, v in sizes.items()}
@@ -224,7 +219,6 @@ class TexelNetwork(TexelCodec):
 
     @classmethod
     def unpack(cls, header: dict[str, Any], tensors: Tensors) -> TexelNetwork:
-        """See :meth:`TexelCodec.unpack`; the tensors are on the CPU."""
         check_header(header, _VERSION)
         whitening = Whitening(**{key: float(value) for key, value in header["whitening"].items()})
         settings = settings_from_json(cls.settings_type, header["settings"])
@@ -234,82 +228,11 @@ class TexelNetwork(TexelCodec):
         made = cls(settings=settings, whitening=whitening, parameters=arrays, **fixed)
         return made.replaced(metadata=header["metadata"])
 
-    @classmethod
-    def recipe(
-        cls,
-        *,
-        code_dim: int | None = None,
-        seed: int = 0,
-        steps: int | None = None,
-        minutes: float | None = None,
-        epochs: int | None = None,
-        preset: str = "default",
-        pooling: str | None = None,
-        decoder: str | None = None,
-        decoder_hidden: tuple[int, ...] | None = None,
-        loss: str | None = None,
-        batch: int | None = None,
-        learning_rate: float | None = None,
-        patience: int = 0,
-        precision: str | None = None,
-        device: str = "cpu",
-    ) -> NetworkRecipe:
-        """See :meth:`TexelCodec.recipe`; what is None has the default of its kind.
-
-        Parameters
-        ----------
-        code_dim, pooling, decoder, decoder_hidden
-            Sizes of the network; see its settings.
-        steps, minutes, epochs
-            Length, one of them at most.
-        preset
-            One of :data:`nacre.textures.codecs.networks.recipe.RECIPES`.
-        loss, batch, learning_rate, patience, precision, seed
-            See :class:`nacre.textures.codecs.networks.recipe.TrainingRecipe`.
-        device
-            PyTorch device.
-
-        Raises
-        ------
-        NacreError
-            If a setting is impossible.
-        """
-        if len(_given(steps=steps, minutes=minutes, epochs=epochs)) > 1:
-            raise NacreError("steps, minutes and epochs: give one of them")
-        chosen = _given(loss=loss, batch=batch, learning_rate=learning_rate, precision=precision)
-        chosen |= {"patience": patience, "seed": seed} | _given(epochs=epochs)
-        defaults = cls.recipe_defaults if preset == "default" else {}
-        try:
-            settings = cls.settings_type(
-                **_given(
-                    latent=code_dim,
-                    pooling=pooling,
-                    decoder=decoder,
-                    decoder_hidden=decoder_hidden,
-                )
-            )
-            settings_given = {**defaults, **cls.training_defaults, **chosen}
-            training = TrainingRecipe.named(preset, **settings_given)
-        except (TypeError, ValueError) as error:
-            raise NacreError(reason(error)) from error
-        return NetworkRecipe(settings, training, steps, minutes, device)
-
-    @classmethod
-    def recipe_settings(cls) -> list[str]:
-        has_pooling = hasattr(cls.settings_type, "pooling")
-        return [name for name in super().recipe_settings() if name != "pooling" or has_pooling]
-
-    @classmethod
-    def train(cls, run: TrainingRun, recipe: NetworkRecipe) -> TexelNetwork:
-        from nacre.textures.codecs.networks.training import train_network
-
-        return train_network(cls, run, recipe)
-
     def _share_out(self, run: Callable[[_Part], None], parts: Iterable[_Part]) -> None:
-        """Do parts of some work, on a CPU one a core at a time.
+        """Do parts of some work; on a CPU, each core does one at a time.
 
-        Each is small enough for the cache of one core; PyTorch's own threads would share each part
-        and wait for one another.
+        Each part is small enough for the cache of one core; PyTorch's own threads would share each
+        part and wait for one another.
         """
         if self._device.type != "cpu":
             with torch.inference_mode():
@@ -332,7 +255,3 @@ class TexelNetwork(TexelCodec):
 
     def _inputs(self, wi: Floats, wo: Floats) -> Tensor:
         return torch.from_numpy(direction_inputs(wi, wo)).to(self._device)
-
-
-def _given(**settings: Any) -> dict[str, Any]:
-    return {name: value for name, value in settings.items() if value is not None}

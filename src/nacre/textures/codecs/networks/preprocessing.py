@@ -1,4 +1,4 @@
-"""What networks see in place of reflectance: its logarithm, of mean 0 and deviation 1."""
+"""What networks see in place of reflectance: its logarithm, with mean 0 and deviation 1."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ import numpy as np
 from nacre.array import Array, Floats, namespace
 from nacre.errors import NacreError
 
-OFFSET = 1e-2
-"""Added to reflectance factors before the logarithm is taken."""
+OFFSET = 1e-2  # added to reflectance factors before the logarithm is taken
 _DARKEST_DEVIATION = 1e-3  # training data that vary less are taken to vary that much
 _LARGEST = 11.0
 """Logarithms are clamped here, at a reflectance factor of 60,000, about the largest half float."""
@@ -23,22 +22,12 @@ _LARGEST = 11.0
 class Whitening:
     """Logarithm of reflectance, less a mean, over a deviation (Rainer et al. 2020, section 4).
 
-    Mean and deviation are two numbers, not one a channel: training permutes the channels, so that
-    all three have the same statistics. Values below 0, which are noise of a measurement, count as
-    0.
+    Mean and deviation of the training data's logarithms are two numbers, not one per channel:
+    training permutes the channels, so that all three have the same statistics. Values below 0,
+    which are noise of a measurement, count as 0. `offset` is e in log(x + e): what is darker by far
+    is noise, which should not fill the range. The paper does not name its own.
 
-    Parameters
-    ----------
-    mean, deviation
-        Of the logarithms of the training data.
-    offset
-        e of log(x + e): what is darker by far is noise, which should not fill the range. The paper
-        does not name its own.
-
-    Raises
-    ------
-    ValueError
-        If a number is not finite, or deviation or offset is not positive.
+    A ValueError says that a number is not finite, or that deviation or offset is not positive.
     """
 
     mean: float
@@ -55,19 +44,9 @@ class Whitening:
 
     @classmethod
     def of(cls, parts: Iterable[Floats], offset: float = OFFSET) -> Whitening:
-        """The whitening that training data ask for.
+        """The whitening that training data ask for: reflectance factors, in arrays of any shape.
 
-        Parameters
-        ----------
-        parts
-            Reflectance factors, arrays of any shape.
-        offset
-            See :class:`Whitening`.
-
-        Raises
-        ------
-        NacreError
-            If there are none.
+        A NacreError says that there are none.
         """
         count, total, squares = 0, 0.0, 0.0
         for part in parts:
@@ -82,22 +61,22 @@ class Whitening:
         return cls(mean, max(math.sqrt(variance), _DARKEST_DEVIATION), offset)
 
     def whiten(self, values: Array) -> Any:
-        """Whitened logarithms of reflectance factors; of NumPy or PyTorch."""
+        """Whitened logarithms of reflectance factors, in NumPy or PyTorch."""
         xp = namespace(values)
         return (xp.log(xp.maximum(values, 0.0) + self.offset) - self.mean) / self.deviation
 
     def whiten_(self, values: Array) -> Any:
-        """The same of a PyTorch tensor, in its memory."""
+        """The same for a PyTorch tensor, in its memory."""
         values.clamp_(min=0.0).add_(self.offset).log_()
         return values.sub_(self.mean).mul_(1.0 / self.deviation)
 
     def restore(self, whitened: Array) -> Any:
-        """Reflectance factors of whitened logarithms, of any array library."""
+        """Reflectance factors of whitened logarithms, in any array library."""
         xp = namespace(whitened)
         logarithms = xp.minimum(whitened * self.deviation + self.mean, _LARGEST)
         return xp.maximum(xp.exp(logarithms) - self.offset, 0.0)
 
     def restore_(self, whitened: Array) -> Any:
-        """The same of a PyTorch tensor, in its memory."""
+        """The same for a PyTorch tensor, in its memory."""
         logarithms = whitened.mul_(self.deviation).add_(self.mean).clamp_(max=_LARGEST)
         return logarithms.exp_().sub_(self.offset).clamp_(min=0.0)

@@ -1,4 +1,4 @@
-"""Settings of the training of the networks."""
+"""Settings for training the networks."""
 
 from __future__ import annotations
 
@@ -38,65 +38,31 @@ the loss and from a fifth to all of them in the encoder."""
 class TrainingRecipe:
     """Settings of a training; the defaults are the recommended ones.
 
-    Parameters
-    ----------
-    epochs
-        How often every data set gives new random texels.
-    texels
-        Of every data set and epoch.
-    batch
-        Texels a step, over all processes.
-    encoder_fraction
-        Least fraction of the entries that the encoder sees: every step draws one from this to 1.
-    encoder_directions
-        Entries that the encoder sees at most, chosen at random every step; None for all.
-    loss_directions
-        Entries that the loss compares, chosen at random every step; None for all.
-    loss
-        "l1" or "l2", on whitened logarithms.
-    permute
-        Whether the color channels of every texel are permuted at random.
-    variance
-        Of the weights before training, "he" or "pytorch"; see
-        :func:`nacre.textures.codecs.networks.mlp.initial`.
-    optimizer
-        "sgd", "adam", or "muon" (Jordan et al. 2024) on matrices and Adam on the rest.
-    learning_rate
-        Its peak.
-    warm_up
-        Fraction of the training in which the rate rises from 0.
-    decay
-        Whether the rate then falls to 0 along a cosine.
-    precision
-        "single", or "bfloat16" for the products of matrices; weights are single always.
-    held_out
-        Fraction of the texels of every data set that is never trained on.
-    validate_every
-        Steps between validations: the loss on held-out texels.
-    patience
-        Validations without a better loss after which training stops and gives the best weights;
-        0 for never.
-    seed
-        The same seed gives the same network on the same machine and number of threads.
+    The same seed gives the same network on the same machine and number of threads. A ValueError
+    says that a setting is impossible.
     """
 
-    epochs: int = 100
-    texels: int = 100
-    batch: int = 128
+    epochs: int = 100  # how often every data set gives new random texels
+    texels: int = 100  # per data set and epoch
+    batch: int = 128  # texels in a step, over all processes
     encoder_fraction: float = 1.0
+    """Least fraction of entries that the encoder sees: each step draws one, up to 1."""
     encoder_directions: int | None = 4096
-    loss_directions: int | None = 64
-    loss: str = "l1"
-    permute: bool = True
-    variance: str = "he"
+    """Most entries that the encoder sees, at random; None: all."""
+    loss_directions: int | None = 64  # entries that the loss compares, at random; None: all
+    loss: str = "l1"  # "l1" or "l2", on whitened logarithms
+    permute: bool = True  # whether to permute the color channels of every texel at random
+    variance: str = "he"  # of the first weights, "he" or "pytorch"; see `mlp.initial`
     optimizer: str = "muon"
-    learning_rate: float = 1e-2
-    warm_up: float = 0.02
-    decay: bool = True
+    """One of "sgd", "adam", and "muon" (Jordan et al. 2024) on matrices with Adam on the rest."""
+    learning_rate: float = 1e-2  # its peak
+    warm_up: float = 0.02  # fraction of the training in which the rate rises from 0
+    decay: bool = True  # whether the rate then falls to 0 along a cosine
     precision: str = "single"
-    held_out: float = 0.05
-    validate_every: int = 200
-    patience: int = 0
+    """Either "single" or "bfloat16", for products of matrices; weights are always single."""
+    held_out: float = 0.05  # fraction of the texels of every data set that is never trained on
+    validate_every: int = 200  # steps between validations: the loss on held-out texels
+    patience: int = 0  # validations without a better loss that end the training; 0: never
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -124,10 +90,7 @@ class TrainingRecipe:
     def named(cls, name: str, **settings: Any) -> TrainingRecipe:
         """One of :data:`RECIPES`, with other settings if you like.
 
-        Raises
-        ------
-        ValueError
-            If there is no such recipe, or a setting is impossible.
+        A ValueError says that there is no such recipe, or that a setting is impossible.
         """
         if name not in RECIPES:
             raise ValueError(f"recipe must be one of {', '.join(RECIPES)}, got {name!r}")
@@ -149,33 +112,21 @@ _SMALLEST_MATRIX = 32
 
 @dataclass(frozen=True)
 class NetworkRecipe:
-    """A network and its training.
-
-    Parameters
-    ----------
-    settings
-        Sizes of the network.
-    training
-        Settings of the training.
-    steps, minutes
-        Length of the training in place of its epochs; one of them at most.
-    device
-        PyTorch device.
-    save_every
-        Seconds between checkpoints: no more is lost when the process is killed, and nothing when it
-        is interrupted by Ctrl-C.
+    """A network and its training, which lasts so many steps or minutes, one of them at most, in
+    place of its epochs.
     """
 
-    settings: Any
+    settings: Any  # sizes of the network
     training: TrainingRecipe = TrainingRecipe()
     steps: int | None = None
     minutes: float | None = None
-    device: str = "cpu"
+    device: str = "cpu"  # a PyTorch device
     save_every: float = 45.0
+    """Seconds between checkpoints: no more is lost when the process is killed."""
 
 
 def optimizers(parameters: Sequence[Tensor], recipe: TrainingRecipe) -> list[Any]:
-    """What takes a step together; learning rates are set at every one."""
+    """Optimizers that take a step together; the training sets their rates at every step."""
     rate = recipe.learning_rate
     if recipe.optimizer == "sgd":
         return [torch.optim.SGD(parameters, lr=rate)]

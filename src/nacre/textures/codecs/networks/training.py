@@ -1,4 +1,4 @@
-"""Training of the networks in PyTorch: one process or several, on a CPU or a GPU."""
+"""Training of the networks in PyTorch: in one process or several, on a CPU or a GPU."""
 
 from __future__ import annotations
 
@@ -35,29 +35,17 @@ _COMPARED = 512  # entries that the loss on held-out texels compares, at most
 def train_network(
     kind: type[TexelNetwork], run: TrainingRun, recipe: NetworkRecipe
 ) -> TexelNetwork:
-    """A network trained on the texels of textures, alone or with processes that `torchrun` started.
+    """A network of a kind, trained on the texels of textures, alone or with processes that
+    `torchrun` started.
 
-    Given steps, or all epochs, a training that was stopped and goes on gives the same network as
-    one that was not, bit by bit on one process. Given minutes, it depends on the machine.
+    Given steps, or all epochs, a training that was stopped and resumed gives the same network as
+    one that was not, bit by bit on one process. Given minutes, it depends on the machine. Images
+    are read once; the first process writes the state and the losses.
 
-    Parameters
-    ----------
-    kind
-        Of the network.
-    run
-        Textures, of which images are read once, and where the state and the losses are written, by
-        the first process.
-    recipe
-        Sizes of the network, and how it is trained.
-
-    Raises
-    ------
-    FormatError
-        If a file cannot be read, or holds values that are not finite.
-    NacreError
-        If there is nothing to train on, the files have several sets of directions where the
-        network takes one, training diverges, the device cannot be used or has too little memory,
-        or the state is of another training or damaged.
+    Raises a FormatError if a file cannot be read, or holds values that are not finite, and a
+    NacreError if there is nothing to train on, the files have several sets of directions where the
+    network takes one, training diverges, the device cannot be used or has too little memory, or the
+    state belongs to another training or is damaged.
     """
     with processes(recipe.device) as (members, own), images_once(run.load) as load:
         device = open_device(own)
@@ -87,8 +75,6 @@ def _new_network(
 
 
 class _Training:
-    """A network, its optimizers, and how far they are."""
-
     def __init__(
         self,
         kind: type[TexelNetwork],
@@ -126,7 +112,7 @@ class _Training:
         self._best: dict[str, Any] = {"loss": math.inf, "step": 0, "parameters": []}
 
     def resume(self) -> int:
-        """Take up the state that is kept; gives the step."""
+        """Load the state that was kept; gives the step."""
         state = self._store.load()
         if state is None:
             return 0
@@ -140,7 +126,7 @@ class _Training:
             self._best = {"loss": float(best["loss"]), "step": int(best["step"])}
             self._best["parameters"] = kept = list(best["parameters"])
             if kept and [p.shape for p in kept] != [p.shape for p in self._parameters]:
-                raise ValueError("the best parameters are of another network")
+                raise ValueError("the best parameters belong to another network")
             self._validation = None if validation is None else float(validation)
             self._step = int(state["step"])
         return self._step
@@ -166,7 +152,6 @@ class _Training:
             mine.data.copy_(saved)
 
     def run(self, journal: Journal, report: Progress) -> None:
-        """Take the steps that are left."""
         last, minutes = _FOREVER if self._steps is None else self._steps, self._minutes
         before = time.monotonic()
         batches = self._stream.batches(self._step, last)
@@ -199,7 +184,7 @@ class _Training:
             self._validate()
             if journal.last != self._step:
                 self._note(journal, self._recipe.rate(1.0), True)
-            # What is interrupted before the caller has written the network goes on from here.
+            # A training interrupted before the caller has written the network resumes here.
             self._save()
         except KeyboardInterrupt:
             self._save()
@@ -208,7 +193,6 @@ class _Training:
             batches.close()
 
     def _descend(self, batch: Batch, rate: float) -> None:
-        """One step."""
         for optimizer in self._optimizers:
             for group in optimizer.param_groups:
                 group["lr"] = rate
@@ -257,7 +241,7 @@ class _Training:
         return (difference.abs() if self._recipe.loss == "l1" else difference.square()).mean()
 
     def _take_loss(self) -> None:
-        """Find the mean loss since the last time."""
+        """Set the loss to the mean since the last time."""
         taken = self._step % _REPORT_EVERY or _REPORT_EVERY
         self._loss = float(self._recent.item()) / taken
         self._recent.zero_()
@@ -268,12 +252,10 @@ class _Training:
             )
 
     def _note(self, journal: Journal, rate: float, validated: bool) -> None:
-        """Write a row of the journal."""
         validation = self._validation if validated else None
         journal.add(self._step, self._seconds, rate, self._loss, validation)
 
     def _validate(self) -> None:
-        """Find the loss on held-out texels."""
         if not self._held_out:
             return
         total, count = 0.0, 0
@@ -300,7 +282,7 @@ class _Training:
         return bool(allowed and self._held_out and self._step - self._best["step"] >= allowed)
 
     def result(self) -> TexelNetwork:
-        """The network as it is now, or its best with patience, with what is to be known of it."""
+        """The network as it is now, or its best with patience, with facts about it."""
         network, step, validation = self._network, self._step, self._validation
         if self._best["parameters"]:
             self._set_parameters(self._best["parameters"])
@@ -315,8 +297,8 @@ class _Training:
 def _drawn(
     recipe: TrainingRecipe, fixed_directions: bool, step: int, count: int
 ) -> tuple[Entries, Entries, np.random.Generator]:
-    """Which of `count` entries the encoder sees at a step, which the loss compares, and what draws
-    the rest of the step's random numbers.
+    """Which of `count` entries the encoder sees at a step, which the loss compares, and the
+    generator for the rest of the step's random numbers.
     """
     random = np.random.default_rng((recipe.seed, 4, step))
     seen = None
@@ -328,7 +310,6 @@ def _drawn(
 
 
 def _needed(recipe: TrainingRecipe, fixed_directions: bool, step: int, count: int) -> Entries:
-    """Which of `count` entries a step needs."""
     seen, compared, _ = _drawn(recipe, fixed_directions, step, count)
     return None if seen is None or compared is None else np.union1d(seen, compared)
 

@@ -17,7 +17,7 @@ from nacre.textures.codecs.networks.mlp import (
     mlp_shapes,
     torch,
 )
-from nacre.textures.codecs.networks.network import TexelNetwork
+from nacre.textures.codecs.networks.trainable import TrainableNetwork
 
 POOLINGS = "mean", "max"
 _SLOPE = 0.25  # of the parametric ReLU below 0, before training
@@ -29,27 +29,15 @@ _RUN = 32  # entries of which the largest is found at once
 class UnifiedSettings:
     """Sizes of the network; the defaults are the paper's (section 4).
 
-    Parameters
-    ----------
-    latent
-        L, the values of a code.
-    angular
-        Widths of the hidden layers of the angular MLP.
-    features
-        m, the weights that it gives for each channel.
-    hidden
-        Widths of the encoder's hidden layers.
-    pooling
-        "mean" or "max": how entries of a texel become one vector.
-    decoder, decoder_hidden
-        See :class:`nacre.textures.codecs.networks.mlp.Decoder`.
+    For the decoder see :data:`nacre.textures.codecs.networks.mlp.DECODERS`.
     """
 
-    latent: int = 32
+    latent: int = 32  # L, the values of a code
     angular: tuple[int, ...] = (128, 128, 128, 128)
-    features: int = 800
-    hidden: tuple[int, ...] = (128,)
-    pooling: str = "mean"
+    """Widths of the hidden layers of the angular MLP."""
+    features: int = 800  # m, the weights that it gives for each channel
+    hidden: tuple[int, ...] = (128,)  # widths of the encoder's hidden layers
+    pooling: str = "mean"  # "mean" or "max": how entries of a texel become one vector
     decoder: str = "network"
     decoder_hidden: tuple[int, ...] = HIDDEN
 
@@ -59,20 +47,20 @@ class UnifiedSettings:
             raise ValueError(f"pooling must be one of {', '.join(POOLINGS)}, got {self.pooling!r}")
 
 
-class UnifiedNetwork(TexelNetwork):
-    """One encoder for texels of any number and layout of directions.
+class UnifiedNetwork(TrainableNetwork):
+    """One encoder for texels with any number and layout of directions.
 
     An MLP on the stereographic coordinates of both directions gives m weights for each channel.
-    They multiply the channel's value; means of the products over all n entries make a vector of
-    3 m values, whatever n is. A parametric ReLU with biases and fully connected layers follow.
+    They multiply the channel's value; means of the products over all n entries make a vector of 3 m
+    values, whatever n is. A parametric ReLU with biases and fully connected layers follow.
 
     The last layer of the MLP is linear, and so is the mean: with H the outputs of its last hidden
-    layer, x the values of a channel, V and c the channel's part of the last layer,
-    (1/n) x (H V + c) = ((1/n) x H) V + mean(x) c. So weights of single entries are never made:
-    a texel takes 3 n 128 multiply-adds in place of 3 n 800. Biases stand before the parametric
-    ReLU; behind it they would add to those of the next layer.
+    layer, x the values of a channel, V and c the channel's part of the last layer, (1/n) x (H V +
+    c) = ((1/n) x H) V + mean(x) c. So weights of single entries are never made: a texel takes 3 n
+    128 multiply-adds in place of 3 n 800. Biases stand before the parametric ReLU; behind it they
+    would add to those of the next layer.
 
-    See :class:`TexelNetwork` for the parameters.
+    For the parameters see :class:`nacre.textures.codecs.networks.TexelNetwork`.
     """
 
     kind = "unified"
@@ -90,10 +78,7 @@ class UnifiedNetwork(TexelNetwork):
         )
 
     def prepare_encoder(self, directions: Tensor) -> Tensor:
-        """Outputs of the angular MLP's last hidden layer, shape (n, 128), or of its last, for max.
-
-        See :class:`TexelNetwork`.
-        """
+        """Outputs of the angular MLP's last hidden layer, (n, 128), or of its last for max."""
         layers = mlp_layers(self.parameters, "angular")
         if self.settings.pooling == "max":
             return forward(directions, layers)
@@ -118,8 +103,8 @@ class UnifiedNetwork(TexelNetwork):
     def _max(self, values: Tensor, weights: Tensor) -> Tensor:
         """Largest of weights times values over the entries, shape (b, 3, m).
 
-        Where the largest products are is found for few texels and entries at a time, so that not
-        all are in memory; gradients flow through those alone.
+        The places of the largest products are found for few texels and entries at a time, so that
+        not all are in memory; gradients flow through those alone.
         """
         weights = weights.reshape(values.shape[2], 3, -1).transpose(0, 1)
         texels = max(1, _PRODUCTS // (_RUN * weights[:, 0].numel()))

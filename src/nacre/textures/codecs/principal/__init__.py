@@ -3,5 +3,5 @@
 import lazy_loader
 
 __getattr__, __dir__, __all__ = lazy_loader.attach(
-    __name__, submod_attrs={"analysis": ["PcaRecipe", "find_components"], "codec": ["PcaCodec"]}
+    __name__, submod_attrs={"analysis": ["PcaRecipe"], "codec": ["PcaCodec", "find_components"]}
 )

@@ -15,8 +15,7 @@ from nacre.errors import NacreError
 from nacre.measured.textures.transposition import transposed
 from nacre.numerics.channels import LUMA, split_colors
 from nacre.numerics.pca import BY_PERMUTATION, leading_components, strongest
-from nacre.runtime.progress import Progress, silent
-from nacre.textures.codecs.principal.codec import PcaCodec
+from nacre.runtime.progress import Progress
 from nacre.textures.codecs.symmetry import symmetric_rotations
 from nacre.textures.selection import of_same_directions, random_texels
 
@@ -28,39 +27,15 @@ _Orders = Sequence[npt.NDArray[Any]]
 
 @dataclass(frozen=True)
 class PcaRecipe:
-    """Which texels count, and how.
+    """Which texels count; a ValueError says that a number is not positive.
 
-    Parameters
-    ----------
-    code_dim
-        How many components.
-    texels
-        Of each texture, chosen at random.
-    permute
-        Whether a texel counts with all six orders of its channels, see
-        :mod:`nacre.numerics.channels`. Components are then of luma or of chroma, and the
-        latter serve both values.
-    rotate
-        Whether it counts with its rotations about the normal that the directions allow.
-    weigh
-        Whether it counts by one over its brightness, so that dark materials are not forgotten.
-    memory
-        Bytes of the texels; where there are more, fewer are chosen.
-    seed
-        Of what is random.
-
-    Raises
-    ------
-    ValueError
-        If a number is not positive.
+    They count with all six orders of their channels, with the rotations about the normal that the
+    directions allow, and by one over their brightness, so that dark materials are not forgotten.
     """
 
-    code_dim: int = 32
-    texels: int = 100
-    permute: bool = True
-    rotate: bool = True
-    weigh: bool = True
-    memory: int = 1 << 31
+    code_dim: int = 32  # how many components
+    texels: int = 100  # from each texture, at random
+    memory: int = 1 << 31  # bytes of the texels; where there are more, fewer are chosen
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -68,69 +43,33 @@ class PcaRecipe:
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
 
-    @classmethod
-    def own(cls, code_dim: int = 32, **settings: Any) -> PcaRecipe:
-        """For the components of one texture's own texels, as they are."""
-        given = {"texels": 1 << 20} | dict.fromkeys(("permute", "rotate", "weigh"), False)
-        return cls(code_dim, **given | settings)
 
-
-def find_components(
-    textures: Sequence[Callable[[], Btf]],
-    recipe: PcaRecipe,
-    progress: Progress = silent,
-    min_count: int | None = None,
-) -> PcaCodec:
-    """The codec of the components with the largest variances.
-
-    Parameters
-    ----------
-    textures
-        Each gives a texture when called, twice in all; all of the same pairs of directions. Images
-        are read once.
-    recipe
-        Which texels count, and how.
-    progress
-        Called as it goes on.
-    min_count
-        Components that suffice where there are not as many as the recipe says; all of them where
-        None. There are no more than texels, nor than values of a texel.
-
-    Raises
-    ------
-    FormatError
-        If a texture cannot be read.
-    NacreError
-        If there are too few components, or directions differ.
-    """
-    wi, wo, rows, names = _gathered(textures, recipe, progress, min_count or recipe.code_dim)
+def strongest_components(
+    textures: Sequence[Callable[[], Btf]], recipe: PcaRecipe, progress: Progress, min_count: int
+) -> tuple[Floats, Floats, Floats, Floats, Floats, float, dict[str, Any]]:
+    """What :func:`nacre.textures.codecs.principal.find_components` makes a codec from."""
+    wi, wo, rows, names = _gathered(textures, recipe, progress, min_count)
     count = len(rows[0])
     recipe = replace(recipe, code_dim=min(recipe.code_dim, count, 3 * len(wi)))
-    orders: _Orders = symmetric_rotations(wi, wo) if recipe.rotate else [np.arange(len(wi))]
-    weights = np.ones(count, np.float32)
-    if recipe.weigh:
-        brightness = rows[0].mean(axis=1) * (LUMA if recipe.permute else 1.0)
-        weights = 1.0 / (np.maximum(brightness, 0.0) + _DARK)
-        weights /= weights.mean()
+    brightness = rows[0].mean(axis=1) * LUMA
+    weights = 1.0 / (np.maximum(brightness, 0.0) + _DARK)
+    weights /= weights.mean()
     progress("components", 0, 1, "")
-    if recipe.permute:
-        mean, components, variances = _of_pairs(rows, weights, orders, recipe)
-    else:
-        mean, components, variances = _of_channels(rows[0], weights, orders, recipe)
+    mean, components, variances = _components(rows, weights, symmetric_rotations(wi, wo), recipe)
     energy = sum(float(np.einsum("ij,ij->", part, part)) for part in rows) / count
     noise = max((energy - float(variances.sum())) / mean.size, _SMALLEST_NOISE)
     progress("components", 1, 1, "")
     facts = {"materials": names, "recipe": asdict(recipe), "texels": count}
-    return PcaCodec(wi, wo, mean, components, variances, noise, facts)
+    return wi, wo, mean, components, variances, noise, facts
 
 
-def _of_pairs(
+def _components(
     rows: Sequence[Floats], weights: Floats, orders: _Orders, recipe: PcaRecipe
 ) -> tuple[Floats, Floats, Floats]:
     """Mean, components and variances of luma (t, n) and chroma (2 t, n).
 
-    These are the eigenvectors of the covariance of all six orders of the channels: it has one block
-    for luma and two that are alike, so that a component of chroma comes twice.
+    These are the eigenvectors of the covariance over all six orders of the channels: it has one
+    block for luma and two equal ones, so that a component of chroma comes twice.
     """
     luma, chroma = rows
     mean = _centred(luma, weights, orders)
@@ -147,19 +86,10 @@ def _of_pairs(
     return np.repeat(LUMA * mean[:, None], 3, axis=1), components, variances
 
 
-def _of_channels(
-    rows: Floats, weights: Floats, orders: _Orders, recipe: PcaRecipe
-) -> tuple[Floats, Floats, Floats]:
-    """Mean, components and variances of red, green and blue as they are, shape (t, 3 n)."""
-    orders = [(3 * order[:, None] + np.arange(3)).reshape(-1) for order in orders]
-    mean = _centred(rows, weights, orders)
-    found, variances = leading_components(rows, orders, recipe.code_dim, recipe.seed)
-    components = np.ascontiguousarray(found.T).reshape(-1, len(mean) // 3, 3)
-    return mean.reshape(-1, 3), components, np.maximum(variances, 0.0)
-
-
 def _centred(rows: Floats, weights: Floats, orders: _Orders) -> Floats:
-    """Subtract from rows, in place, the mean that it gives, and multiply them by roots."""
+    """Subtract from rows, in place, their mean, and multiply them by roots of the weights; gives
+    the mean.
+    """
     mean = weights @ rows / weights.sum()
     mean = np.mean([mean[order] for order in orders], axis=0)
     rows -= mean
@@ -172,8 +102,7 @@ def _gathered(
 ) -> tuple[Floats, Floats, list[Floats], list[str]]:
     """Directions, random texels of every texture as rows, and names.
 
-    Rows are of luma, shape (t, n), and of chroma, (2 t, n); or of all channels
-    together, (t, 3 n).
+    Rows are luma, shape (t, n), and chroma, (2 t, n).
     """
     random = np.random.default_rng(recipe.seed)
     picks: list[npt.NDArray[np.intp]] = []
@@ -192,18 +121,15 @@ def _gathered(
         raise NacreError(
             f"{pairs} pairs of directions are too few for {min_count} principal components"
         )
-    luma = np.empty((total, pairs if recipe.permute else 3 * pairs), np.float32)
-    chroma = np.empty((2 if recipe.permute else 0, total, pairs), np.float32)
+    luma = np.empty((total, pairs), np.float32)
+    chroma = np.empty((2, total, pairs), np.float32)
     row = 0
     for index, (open_texture, chosen) in enumerate(zip(textures, picks, strict=True)):
         with transposed(open_texture()) as texture:
             for part in texture.blocks(_BLOCK, stop=len(chosen)):
                 texels = texture.texels(chosen[part])
                 place = slice(row, row + len(texels))
-                if recipe.permute:
-                    luma[place], chroma[:, place] = split_colors(texels)
-                else:
-                    luma[place] = texels.reshape(len(texels), -1)
+                luma[place], chroma[:, place] = split_colors(texels)
                 row += len(texels)
         progress("reading", index + 1, len(textures), texture.name)
     return np.array(first.wi), np.array(first.wo), [luma, chroma.reshape(-1, pairs)], names

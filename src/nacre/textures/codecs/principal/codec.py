@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from nacre.array import Floats
+from nacre.btf import Btf
 from nacre.errors import NacreError
 from nacre.io.tensors import Tensors, check_header, check_numbers, check_unit_vectors
 from nacre.measured.textures.directions import SAME
+from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.codec import TexelCodec, TexelMap, TrainingRun, check_shape
-
-if TYPE_CHECKING:
-    from nacre.textures.codecs.principal.analysis import PcaRecipe
+from nacre.textures.codecs.principal.analysis import PcaRecipe, strongest_components
 
 _SMALLEST = 1e-12  # of variances, relative to the largest, so that none divides by zero
 _FILE_KIND = "principal components"  # what files call this kind of codec
@@ -30,35 +31,17 @@ class PcaCodec(TexelCodec):
 
     A code is what is most likely of independent normal weights given normal noise: least squares
     with a ridge, from all the pairs or some of them. From all it is the projection onto the
-    components, but for the small ridge.
-
-    Parameters
-    ----------
-    wi, wo
-        The directions, shape (n, 3).
-    mean
-        What all texels have, shape (n, 3).
-    components
-        Orthonormal, the strongest first, shape (code_dim, n, 3).
-    variances
-        Mean squares of weights, shape (code_dim,).
-    noise
-        Variance of reflectance about the sums, which is what the components leave.
-    metadata
-        How they were found.
-
-    Raises
-    ------
-    ValueError
-        If shapes do not match, or a variance or the noise is not a number above zero.
+    components, but for the small ridge. At other directions, encoding and decoding are a
+    NacreError. A ValueError says that shapes do not match, or that a variance or the noise is not a
+    number above zero.
     """
 
-    wi: Floats
+    wi: Floats  # the directions, shape (n, 3)
     wo: Floats
-    mean: Floats
-    components: Floats
-    variances: Floats
-    noise: float
+    mean: Floats  # what all texels have, shape (n, 3)
+    components: Floats  # orthonormal, the strongest first, shape (code_dim, n, 3)
+    variances: Floats  # mean squares of weights, shape (code_dim,)
+    noise: float  # variance of reflectance about the sums: what the components leave out
     metadata: dict[str, Any] = field(default_factory=dict)
 
     kind = "pca"
@@ -76,25 +59,17 @@ class PcaCodec(TexelCodec):
 
     @property
     def code_dim(self) -> int:  # type: ignore[override]
-        """Number of values of a code."""
         return len(self.variances)
 
     def first(self, code_dim: int) -> PcaCodec:
         if not 1 <= code_dim <= self.code_dim:
-            raise NacreError(f"there are {self.code_dim} principal components only")
+            raise NacreError(f"there are only {self.code_dim} principal components")
         left_out = float(self.variances[code_dim:].sum()) / self.mean.size
         components, variances = self.components[:code_dim], self.variances[:code_dim]
         noise = self.noise + left_out
         return replace(self, components=components, variances=variances, noise=noise)
 
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
-        """See :meth:`TexelCodec.encoder`.
-
-        Raises
-        ------
-        NacreError
-            If a pair of directions is not among those of the components.
-        """
         mean, columns = self._at(wi, wo)
         wide = columns.astype(np.float64)
         variances = np.maximum(self.variances, _SMALLEST * self.variances.max())
@@ -109,13 +84,7 @@ class PcaCodec(TexelCodec):
         return encode
 
     def decoder(self, wi: Floats, wo: Floats) -> TexelMap:
-        """See :meth:`TexelCodec.decoder`; reflectance below zero becomes zero.
-
-        Raises
-        ------
-        NacreError
-            If a pair of directions is not among those of the components.
-        """
+        """Reflectance below zero becomes zero."""
         mean, columns = self._at(wi, wo)
 
         def decode(codes: Floats) -> Floats:
@@ -140,7 +109,6 @@ class PcaCodec(TexelCodec):
         return self.mean[rows].reshape(-1), self.components[:, rows].reshape(self.code_dim, -1)
 
     def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
-        """See :meth:`TexelCodec.pack`; single always."""
         tensors = {name: np.ascontiguousarray(getattr(self, name), np.float32) for name in _ARRAYS}
         header = {"version": _VERSION, "model": _FILE_KIND, "values": "pi f_r, linear Rec. 709"}
         return header | {"noise": float(self.noise), "metadata": self.metadata}, tensors
@@ -161,22 +129,29 @@ class PcaCodec(TexelCodec):
 
     @classmethod
     def recipe(cls, *, code_dim: int | None = None, seed: int = 0) -> PcaRecipe:
-        """See :meth:`TexelCodec.recipe`.
-
-        Parameters
-        ----------
-        code_dim
-            How many components; 32 where None.
-        seed
-            Of the choice of texels.
-        """
-        from nacre.textures.codecs.principal.analysis import PcaRecipe
-
+        """How to find `code_dim` components, 32 where None; the seed chooses texels."""
         return PcaRecipe(seed=seed) if code_dim is None else PcaRecipe(code_dim, seed=seed)
 
     @classmethod
     def train(cls, run: TrainingRun, recipe: PcaRecipe) -> PcaCodec:
         """See :meth:`TexelCodec.train`; takes seconds, and keeps no state."""
-        from nacre.textures.codecs.principal.analysis import find_components
-
         return find_components(run.textures, recipe, run.progress)
+
+
+def find_components(
+    textures: Sequence[Callable[[], Btf]],
+    recipe: PcaRecipe,
+    progress: Progress = silent,
+    min_count: int | None = None,
+) -> PcaCodec:
+    """The codec of the components with the largest variances.
+
+    Each texture is opened by a call, twice in all; all have the same pairs of directions. There are
+    no more components than texels, nor than values of a texel; `min_count` of them suffice, or as
+    many as the recipe says where None.
+
+    Raises a FormatError if a texture cannot be read, and a NacreError if there are too few
+    components or directions differ.
+    """
+    least = min_count or recipe.code_dim
+    return PcaCodec(*strongest_components(textures, recipe, progress, least))
