@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,19 +28,26 @@ def patient(context: Any) -> Any:
     return context
 
 
-def until(page: Any, frame: Any, condition: str, said: Sequence[str] = ()) -> None:
-    """Wait until an expression is true in a frame; pages' policies forbid Playwright's own waiting.
+def wait_for(page: Any, happened: Callable[[], Any], what: str, said: Sequence[str] = ()) -> None:
+    """Wait until something has happened in a page.
 
     Raises
     ------
     TimeoutError
-        With the condition and what was said until then.
+        Saying what, and what was logged until then.
     """
     began = time.monotonic()
-    while not frame.evaluate(f"Boolean({condition})"):
+    while not happened():
         if time.monotonic() - began > _SECONDS:
-            raise TimeoutError(f"{condition}; logged: {said}")
+            raise TimeoutError(f"{what}; logged: {said}")
         page.wait_for_timeout(20)
+
+
+def until(page: Any, frame: Any, condition: str, said: Sequence[str] = ()) -> None:
+    """Wait until an expression is true in a frame of a page, whose policy may forbid Playwright's
+    own waiting.
+    """
+    wait_for(page, lambda: frame.evaluate(f"Boolean({condition})"), condition, said)
 
 
 class Tab:

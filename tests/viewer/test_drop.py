@@ -27,7 +27,7 @@ from tests.measured.support import hemisphere
 from tests.specimens import SPECIMENS, mutated
 from tests.specimens.tables import mbsdf_file
 from tests.tiers import tiered
-from tests.viewer.tab import Tab, page
+from tests.viewer.tab import Tab, page, wait_for
 from tests.viewer.test_tables import VALUES as EVALUATED
 
 NAMES = {
@@ -264,8 +264,7 @@ def test_files_are_opened_with_keys_alone(chromium: Any, tmp_path: Path) -> None
         tab.page.locator("#search").focus()
         for key in ("Tab", "Enter"):
             tab.page.keyboard.press(key)
-        while not choosers:
-            tab.page.wait_for_timeout(20)
+        wait_for(tab.page, lambda: choosers, "a chooser of files")
         choosers[0].set_files(path)
         tab.wait("window.page.chosen.name === 'paint'")
         assert tab.page.evaluate("document.documentElement.scrollWidth") == 360

@@ -66,6 +66,7 @@ def test_a_cell_shows_a_live_sphere_over_a_still_one(tab: Tab, tmp_path: Path, m
     image, mask = render_sphere(material, DirectionalLight(), len(still))
     assert np.abs(still - tone_map(image))[mask].mean() < 0.02
     tab.page.locator("iframe").scroll_into_view_if_needed()
+    tab.page.frame_locator("iframe").locator("#view").wait_for(state="attached")
     frame = tab.page.frames[1]
     view = "document.getElementById('view')?.view"
     until(tab.page, frame, f"{view}?.drawn > 6", tab.errors)

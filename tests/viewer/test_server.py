@@ -25,7 +25,7 @@ def server() -> Iterator[PageServer]:
 def ask(
     server: PageServer, path: str = "/", method: str = "GET", host: str | None = None
 ) -> tuple[int, bytes]:
-    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=10)
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=60)
     try:
         connection.putrequest(method, path, skip_host=True)
         if host != "":

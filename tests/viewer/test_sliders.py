@@ -12,6 +12,7 @@ import pytest
 from nacre.figures.sliders import moved, slider_page
 from nacre.latent.edits import Edit
 from tests.latent.made import random_basis
+from tests.viewer.tab import patient
 
 pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 
@@ -29,7 +30,7 @@ def test_a_slider_chooses_among_pictures(chromium: Any, tmp_path: Path) -> None:
     content = slider_page("a & b", [edit], [row], lambda m: captions[m.name], 16, 1)
     (tmp_path / "page.html").write_bytes(content)
     assert not re.search(rb"https?:", content)
-    page = chromium.new_page()
+    page = patient(chromium.new_context()).new_page()
     problems: list[str] = []
     page.on("console", lambda message: problems.append(message.text))
     page.on("pageerror", lambda error: problems.append(str(error)))
@@ -44,4 +45,4 @@ def test_a_slider_chooses_among_pictures(chromium: Any, tmp_path: Path) -> None:
     assert page.locator(".picture").evaluate(place) == "-32px"
     assert slider.get_attribute("aria-valuetext") == 'line "2"'
     assert problems == []
-    page.close()
+    page.context.close()
