@@ -26,6 +26,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from difflib import unified_diff
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -88,8 +89,9 @@ def main() -> None:
     drawn = {room: _drawn(room, options) for room in options.rooms}
     waiting = [
         mutant
-        for room in drawn.values()
-        for mutant in room
+        for turn in zip_longest(*drawn.values())
+        for mutant in turn
+        if mutant is not None
         if (row := known.get(_key(mutant))) is None
         or row["status"] == "import"
         or (options.again and row["status"] in _ALIVE)
@@ -151,7 +153,8 @@ def _files(room: str) -> list[str]:
 def _drawn(room: str, options: argparse.Namespace) -> list[Mutant]:
     every = [mutant for file in _files(room) for mutant in mutants(file, Path())]
     generator = random.Random(f"{room} {options.seed}")
-    return generator.sample(every, min(options.mutants, len(every)))
+    generator.shuffle(every)
+    return every[: options.mutants]
 
 
 def _key(mutant: Mutant) -> str:

@@ -1,9 +1,9 @@
 """The mutants of a module: every place where one of the operators applies, and the new text.
 
 Left out, by rule, is what changes nothing that a test should know: docstrings, annotations,
-imports, `__all__`, f-strings, whatever is within a `raise`, texts of warnings, names of type
-variables, `strict` of `zip`, `copy` of `astype`, and constants that bound work or memory
-(:data:`_BOUND`).
+imports, `__all__`, f-strings, whatever is within a `raise` or assigned right before it, texts of
+warnings, names of type variables, `strict` of `zip`, `copy` of `astype`, and constants that bound
+work or memory (:data:`_BOUND`).
 """
 
 from __future__ import annotations
@@ -84,6 +84,7 @@ class _Finder(ast.NodeVisitor):
             self._lines.append(self._lines[-1] + len(line.encode()))
         self._bytes = source.encode()
         self._statement: tuple[int, int] = (1, 1)
+        self._words: set[ast.AST] = set()  # statements before a `raise`, which prepare its text
 
     def _offset(self, line: int, column: int) -> int:
         return len(self._bytes[: self._lines[line - 1] + column].decode())
@@ -103,6 +104,10 @@ class _Finder(ast.NodeVisitor):
         self._add(operator, node, f"({ast.unparse(changed)})")
 
     def visit(self, node: ast.AST) -> None:
+        for name in ("body", "orelse"):
+            block = getattr(node, name, None)
+            if isinstance(block, list) and block and isinstance(block[-1], ast.Raise):
+                self._words.update(block)
         if isinstance(node, ast.stmt):
             body = getattr(node, "body", None)
             if body and isinstance(body[0], ast.stmt):
@@ -141,7 +146,7 @@ class _Finder(ast.NodeVisitor):
             self.visit(node.value)
 
     def visit_Assign(self, node: ast.Assign) -> None:
-        if not any(_bound(target) for target in node.targets):
+        if node not in self._words and not any(_bound(target) for target in node.targets):
             self._assigned(node)
             self.visit(node.value)
             for target in node.targets:
