@@ -359,3 +359,10 @@ def test_a_plan_keeps_what_was_measured(tmp_path: Path, sigma: list[float] | Non
     (tmp_path / "filled.csv").write_text(filled)
     again = nacre.load(tmp_path / "filled.csv").samples
     np.testing.assert_allclose(again.wo, np.concatenate([wo, more[1]]), atol=1e-6)
+
+
+def test_remarks_and_blank_lines_before_the_columns_are_no_stray_text(tmp_path: Path) -> None:
+    text = PLAIN.replace("theta_i,", "\n# measured on a rainy day\n\ntheta_i,", 1)
+    np.testing.assert_array_equal(
+        read(tmp_path, text).samples.rgb, [[0.5, 0.2, 0.1], [0.4, 0.1, -0.01]]
+    )
