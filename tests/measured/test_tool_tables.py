@@ -252,7 +252,7 @@ def test_a_zemax_table_ends_with_its_word(tmp_path: Path) -> None:
     path.write_bytes(content.replace(b"DataEnd", b"dataEND"))
     nacre.load(path)
     path.write_bytes(content.replace(b"DataEnd", b"0.25"))
-    with pytest.raises(FormatError, match="'0.25', expected DataEnd"):
+    with pytest.raises(FormatError, match=r"'0\.25', expected DataEnd"):
         nacre.load(path)
 
 

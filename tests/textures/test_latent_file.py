@@ -185,3 +185,15 @@ def test_codes_must_be_numbers_to_be_written(tmp_path):
 def test_a_texture_of_several_texels_is_no_material(path):
     with pytest.raises(FormatError, match=r"felt\.safetensors: .*nacre btf average"):
         FORMAT.load_material(path)
+
+
+@pytest.mark.parametrize(("dtype", "code"), [("f2", 65472.0), ("f4", 999_936.0)])
+def test_codes_may_be_as_large_as_their_precision_allows(tmp_path, dtype, code):
+    path = tmp_path / "a.safetensors"
+    codes = np.full((1, 1, 2), code, dtype)
+    save_latent_map(LatentMap(codes, codec(), *UTIA.pairs()), path)
+    np.testing.assert_array_equal(load_latent_map(path).codes, codes)
+    for wrong in (np.inf, -np.inf, np.nan):
+        codes[0, 0, 1] = wrong
+        with pytest.raises(FormatError, match="codes holds numbers that are not finite or too"):
+            save_latent_map(LatentMap(codes, codec(), *UTIA.pairs()), path)
