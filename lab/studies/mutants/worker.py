@@ -33,6 +33,7 @@ _LIBRARIES = (
     "llvmlite.binding", "h5py", "safetensors.numpy", "click", "rich.console", "PIL",
 )  # fmt: skip
 _GRACE = 12.0  # seconds that any test may take, beside eight times those that it took
+_START = 150.0  # seconds to collect the tests of a module that is imported
 _MEMORY = 6 << 30  # that a mutant may take beside what its process starts with
 
 
@@ -75,7 +76,7 @@ def attempt(work: Callable[[Callable[[str], None]], None], seconds: dict[str, fl
         os._exit(0)
     os.close(write)
     lines, rest = [], b""
-    deadline = time.monotonic() + 30.0
+    deadline = time.monotonic() + _START
     while True:
         ready, _, _ = select.select([read], [], [], max(deadline - time.monotonic(), 0.0))
         if not ready:
