@@ -46,6 +46,7 @@ class Record:
         """Run test files and keep what they cover of the sources."""
         import coverage
 
+        digests = {str(path): _digest([path]) for path in tests}  # they may change meanwhile
         measured = coverage.Coverage(
             data_file=None, config_file=False, include=[str(path.resolve()) for path in sources]
         )
@@ -68,7 +69,7 @@ class Record:
                 lines[line] = [c for c in contexts if c.partition("::")[0] not in files]
             for line, contexts in data.contexts_by_lineno(path).items():
                 lines[str(line)] = sorted({*lines.get(str(line), []), *contexts})
-        self._kept["digests"] |= {str(path): _digest([path]) for path in tests}
+        self._kept["digests"] |= digests
         self._path.write_text(json.dumps(self._kept))
 
     def of_lines(self, file: str, first: int, last: int) -> set[str]:
