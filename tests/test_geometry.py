@@ -145,3 +145,90 @@ def test_cosine_hemisphere_has_the_moments_of_a_cosine_density():
 def test_wrong_shape_is_refused():
     with pytest.raises(ValueError, match=r"\(\.\.\., 3\)"):
         g.split(np.zeros((3, 4)))
+
+
+@pytest.mark.parametrize(
+    "shapes",
+    [
+        [(3,), (3,)],
+        [(5, 3), (3,)],
+        [(4, 1, 3), (5, 3)],
+        [(2, 1, 1, 3), (1, 6, 3), (7, 1, 1, 3)[1:]],
+        [(0, 3), (1, 3)],
+    ],
+)
+def test_shapes_broadcast_as_those_of_numpy(shapes):
+    arrays = {f"a{k}": np.zeros(shape) for k, shape in enumerate(shapes)}
+    assert g.broadcast_shape(**arrays) == np.broadcast_shapes(*shapes)
+
+
+def test_shapes_that_do_not_broadcast_are_named():
+    with pytest.raises(ValueError, match=r"do not broadcast: wi \(4, 3\), wo \(5, 3\)"):
+        g.broadcast_shape(wi=np.zeros((4, 3)), wo=np.zeros((5, 3)))
+    with pytest.raises(ValueError, match=r"expected wo of shape \(\.\.\., 3\), got \(4, 2\)"):
+        g.broadcast_shape(wi=np.zeros((4, 3)), wo=np.zeros((4, 2)))
+
+
+@pytest.mark.parametrize("dtype", PRECISIONS)
+def test_a_right_angle_turns_x_to_y(dtype):
+    w = g.split(np.array([0.48, 0.6, 0.64], dtype))
+    turned = g.rotate(w, math.pi / 2)
+    np.testing.assert_allclose(turned, [-0.6, 0.48, 0.64], atol=PRECISIONS[dtype])
+    assert {c.dtype for c in turned} == {np.dtype(dtype)}
+
+
+def test_spherical_angles_are_those_of_the_axes():
+    np.testing.assert_allclose(g.from_spherical(math.pi / 2, math.pi / 2), (0, 1, 0), atol=1e-15)
+    np.testing.assert_allclose(g.from_spherical(math.pi / 2, 0.0), (1, 0, 0), atol=1e-15)
+    assert g.to_spherical((0.0, 3.0, 0.0)) == pytest.approx((math.pi / 2, math.pi / 2))
+    assert g.to_spherical((-2.0, 0.0, 2.0)) == pytest.approx((math.pi / 4, math.pi))
+
+
+@pytest.mark.parametrize("dtype", PRECISIONS)
+def test_normalizing_keeps_the_direction_and_the_zero_vector(dtype):
+    found = g.join(g.normalize(g.split(np.array([[2, 3, 6], [0, 0, 0], [0, 0, 1e-9]], dtype))))
+    np.testing.assert_allclose(found, [[2 / 7, 3 / 7, 6 / 7], [0, 0, 0], [0, 0, 1]], rtol=1e-6)
+    assert found.dtype == dtype
+
+
+@pytest.mark.parametrize("dtype", PRECISIONS)
+def test_at_the_pole_the_azimuth_is_0_and_the_sine_is_not(dtype):
+    pole = g.split(np.array([[0, 0, 1], [0, 0, -1], [1e-20, 1e-20, 1]], dtype))
+    cos_phi, sin_phi, sin_theta = g.azimuth(pole)
+    np.testing.assert_array_equal(cos_phi, 1.0)
+    np.testing.assert_array_equal(np.abs(sin_phi) < 1e-5, True)
+    np.testing.assert_array_equal(sin_theta, 2.0**-49)
+    near = g.split(np.array([3e-14, 4e-14, 1.0], dtype))
+    assert g.azimuth(near) == pytest.approx((0.6, 0.8, 5e-14), rel=1e-6)
+
+
+def test_stereographic_coordinates_are_tangents_of_half_the_polar_angle():
+    for theta in (0.0, 0.4, math.pi / 2, 2.0):
+        x, y = g.stereographic(direction(theta, 0.5))
+        assert math.hypot(x, y) == pytest.approx(math.tan(theta / 2))
+        assert math.atan2(y, x) == pytest.approx(0.5 if theta else 0.0)
+
+
+def test_uniform_rusinkiewicz_spreads_the_angles_over_their_ranges():
+    u = np.array([0.25, 0.4, 0.75, 0.1])
+    angles = g.rusinkiewicz_angles(*g.uniform_rusinkiewicz(u))
+    expected = math.pi / 8, 0.8 * math.pi, 3 * math.pi / 8, 0.2 * math.pi
+    np.testing.assert_allclose(angles, expected, atol=1e-12)
+
+
+def test_uniform_hemisphere_has_the_moments_of_a_constant_density():
+    u, v = (np.arange(256) + 0.5)[:, None] / 256, (np.arange(256) + 0.5)[None] / 256
+    w = g.join(g.uniform_hemisphere(u, v)).reshape(-1, 3)
+    np.testing.assert_allclose(w.mean(axis=0), [0.0, 0.0, 0.5], atol=1e-5)
+    np.testing.assert_allclose(w.T @ w / len(w), np.eye(3) / 3, atol=1e-5)
+    assert (w[:, 2] >= 0).all()
+
+
+def test_azimuths_of_both_hemispheres_begin_at_x_and_go_to_y():
+    quarter = np.array([0.0, 0.25])
+    uniform = g.join(g.uniform_hemisphere(np.array([1.0, 1.0]), quarter))
+    cosine = g.join(g.cosine_hemisphere(np.array([1.0, 1.0]), quarter))
+    for found in uniform, cosine:
+        np.testing.assert_allclose(found, [[1, 0, 0], [0, 1, 0]], atol=1e-12)
+    half = g.join(g.cosine_hemisphere(np.array([0.36]), np.array([0.5])))
+    np.testing.assert_allclose(half, [[-0.6, 0.0, 0.8]], atol=1e-12)

@@ -104,3 +104,17 @@ def test_what_was_left_of_a_state_goes_with_it(tmp_path):
         path.touch()
     remove_file(tmp_path / "a.state")
     assert list(tmp_path.iterdir()) == [other]
+
+
+def test_what_a_killed_process_left_goes_when_the_file_is_written_again(tmp_path):
+    process = subprocess.Popen([sys.executable, "-c", ""])
+    process.wait()
+    target = tmp_path / "x.bin"
+    name = hashlib.sha256(os.fsencode(f"{platform.node()}/x.bin")).hexdigest()[:6]
+    left = tmp_path / f".{name}{process.pid:06x}0000.bin"
+    running = tmp_path / f".{name}{os.getpid():06x}0000.bin"
+    for path in (left, running):
+        path.touch()
+    with atomic_path(target) as temporary:
+        temporary.write_bytes(b"new")
+    assert set(tmp_path.iterdir()) == {target, running}

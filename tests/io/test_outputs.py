@@ -109,3 +109,11 @@ def test_files_of_our_own_need_no_question(tmp_path: Path):
     with atomic_path(path, internal=True) as temporary:
         temporary.write_text("new")
     assert path.read_text() == "new"
+
+
+def test_a_pipe_stays(tmp_path: Path):
+    path = tmp_path / "x.json"
+    os.mkfifo(path)
+    with pytest.raises(FormatError, match=r"is not a regular file.*--force"):
+        check_writable(path)
+    assert stat.S_ISFIFO(path.lstat().st_mode)

@@ -359,3 +359,20 @@ def test_a_plan_keeps_what_was_measured(tmp_path: Path, sigma: list[float] | Non
     (tmp_path / "filled.csv").write_text(filled)
     again = nacre.load(tmp_path / "filled.csv").samples
     np.testing.assert_allclose(again.wo, np.concatenate([wo, more[1]]), atol=1e-6)
+
+
+def test_remarks_and_blank_lines_before_the_columns_are_no_stray_text(tmp_path: Path) -> None:
+    text = PLAIN.replace("theta_i,", "\n# measured on a rainy day\n\ntheta_i,", 1)
+    np.testing.assert_array_equal(
+        read(tmp_path, text).samples.rgb, [[0.5, 0.2, 0.1], [0.4, 0.1, -0.01]]
+    )
+
+
+@pytest.mark.parametrize("value", ["f", "F", "brdf", "bsdf", "f_r", "BRDF [1/sr]"])
+@pytest.mark.parametrize("view", ["theta_o,phi_o", "theta_s,phi_s", "theta_r,phi_r"])
+def test_names_that_laboratories_give_columns(tmp_path: Path, value: str, view: str) -> None:
+    names = f"theta_i,phi_i,{view}"
+    brdf = read(tmp_path, f"# units: degrees\n{names},{value}\n30,10,40,180,0.25\n")
+    np.testing.assert_array_equal(brdf.samples.rgb, [[0.25, 0.25, 0.25]])
+    expected = join(from_spherical(*np.radians([[40.0], [180.0]])))
+    np.testing.assert_allclose(brdf.samples.wo, expected, atol=1e-15)

@@ -186,3 +186,18 @@ def test_only_isotropic_materials_and_sizes_that_fit_are_written(tmp_path: Path)
 
 def test_a_black_material_stays_black() -> None:
     assert not mbsdf.tabulate(MbsdfBrdf(np.zeros((2, 2, 2, 3))), Resolution(3, 3)).stored.any()
+
+
+def test_what_begins_otherwise_is_refused_by_the_reader_itself(tmp_path: Path) -> None:
+    path = tmp_path / "a.mbsdf"
+    mbsdf.save(random_table(), path)
+    assert path.read_bytes().startswith(b"NVIDIA ARC MBSDF V1\n")
+    path.write_bytes(path.read_bytes().replace(b"V1", b"V2", 1))
+    with pytest.raises(FormatError, match="does not begin with the line NVIDIA ARC MBSDF V1"):
+        mbsdf.load(path)
+
+
+@pytest.mark.parametrize("text", [b"\x07ab\n", b"a\x07b\n", b"ab\x07\n"])
+def test_no_line_of_text_has_control_characters(tmp_path: Path, text: bytes) -> None:
+    with pytest.raises(FormatError, match="line 2: is not printable"):
+        nacre.load(write(tmp_path / "a.mbsdf", mbsdf_file(text=text)))

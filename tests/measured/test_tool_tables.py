@@ -244,3 +244,27 @@ def test_anisotropic_materials_and_other_bands_are_refused(tmp_path: Path) -> No
             check_target(tmp_path / f"x{ending}", Turned())
     with pytest.raises(FormatError, match="incidences are 2 to 90"):
         writer(tmp_path / "x.brdf", (1, 5, 5))
+
+
+def test_a_zemax_table_ends_with_its_word(tmp_path: Path) -> None:
+    content = SPECIMENS["Zemax BSDF"].files()[0]
+    path = tmp_path / "a.bsdf"
+    path.write_bytes(content.replace(b"DataEnd", b"dataEND"))
+    nacre.load(path)
+    path.write_bytes(content.replace(b"DataEnd", b"0.25"))
+    with pytest.raises(FormatError, match=r"'0\.25', expected DataEnd"):
+        nacre.load(path)
+
+
+def test_openmaterial_files_name_their_schema_and_what_the_standard_asks_for(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "glossy_brdf.xompt"
+    writer(path, (3, 5, 4))(Glossy(), path)
+    content = json.loads(path.read_text("utf-8"))
+    place = "https://raw.githubusercontent.com/asam-ev/OpenMATERIAL-3D/refs/tags/v1.1.0/schemas"
+    assert content["$schema"] == f"{place}/material_brdf_schema.json"
+    metadata = content["metadata"]
+    assert metadata["name"] == "glossy"
+    assert metadata["openMaterial3dVersion"] == "1.1.0"
+    assert metadata["sources"] == "tabulated by nacre from made"

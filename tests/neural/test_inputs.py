@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import math
 from dataclasses import replace
 
@@ -20,6 +21,7 @@ from nacre.neural.inputs import (
     INPUTS,
     LARGEST_INPUT,
     PAPER,
+    RECIPROCAL,
     SPINNING,
     STEREOGRAPHIC,
     has_axes,
@@ -290,3 +292,31 @@ def test_isotropic_networks_have_no_inputs_that_turn_with_azimuths(inputs):
     assert not rotates_half_vector(inputs, True)
     with pytest.raises(ValueError, match=inputs):
         network(inputs, True)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "isotropic", "words"),
+    [
+        (PAPER, True, "rusinkiewicz vectors, phi_h = 0"),
+        (PAPER, False, "rusinkiewicz vectors"),
+        (ENHANCED, True, "enhanced rusinkiewicz vectors, phi_h = 0"),
+        (ENHANCED, False, "enhanced half vectors along x and y, light carried to the pole"),
+        (SPINNING, False, "enhanced rusinkiewicz vectors"),
+        (STEREOGRAPHIC, False, "stereographic light and view"),
+        (RECIPROCAL, True, "reciprocal rusinkiewicz vectors, phi_h = 0"),
+        (RECIPROCAL, False, "reciprocal rusinkiewicz vectors"),
+    ],
+)
+def test_headers_say_what_earlier_files_say(tmp_path, inputs, isotropic, words):
+    """Words of files that are in use: other programs read them."""
+    path = tmp_path / "x.safetensors"
+    before = network(inputs, isotropic)
+    nacre.save(before, path)
+    content = path.read_bytes()
+    size = int.from_bytes(content[:8], "little")
+    header = json.loads(json.loads(content[8 : 8 + size])["__metadata__"]["nacre"])
+    assert header["parametrisation"] == words
+    assert header["output"] == ("exp(x)" if "reciprocal" in words else "exp(x) - 1, clamped at 0")
+    assert (header["model"], header["color_space"]) == ("nbrdf", "linear Rec. 709")
+    assert header["sizes"] == list(before.sizes)
+    assert ("angle" in header) == (words.startswith("enhanced half"))

@@ -110,3 +110,11 @@ def test_widths_are_of_layers_that_chain():
         widths([LAYERS[0], LAYERS[2]])
     with pytest.raises(ValueError, match="at least one layer"):
         widths([])
+
+
+def test_parameters_of_modules_are_tensors():
+    torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
+    inputs = torch.nn.Parameter(torch.from_numpy(INPUTS))
+    layers = [tuple(map(torch.from_numpy, layer)) for layer in LAYERS]
+    found = forward(inputs, layers, RELU)
+    np.testing.assert_allclose(found.detach(), expected(RELU), rtol=2e-5, atol=2e-6)

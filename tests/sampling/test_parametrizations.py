@@ -63,3 +63,11 @@ def test_whatever_the_parameters_samplers_are_within_bounds(name: str) -> None:
             assert np.isfinite(density).all()
             cosine = PROPOSAL.wi[..., 2] / np.pi
             assert (density >= 0.0099 * cosine)[above].all()  # so weights are bounded
+
+
+@pytest.mark.parametrize("name", ["blinn-phong", "ggx"])
+def test_labels_are_the_logistic_of_what_a_sampler_comes_from(name: str) -> None:
+    family = PARAMETRIZATIONS[name]
+    for free in np.random.default_rng(4).normal(0.0, 1.0, (6, family.size)):
+        places = family.places(family.sampler(free))
+        np.testing.assert_allclose(places, 1.0 / (1.0 + np.exp(-free)), atol=2e-4)

@@ -55,3 +55,14 @@ def test_mixed_samples_of_a_mirror_lie_in_its_highlight():
     samples = draw_samples(mirror, 40_000, 0, distribution="mixed")
     theta_h = rusinkiewicz_angles(split(samples.wi), split(samples.wo))[0]
     assert (theta_h < 0.01).mean() > 0.1
+
+
+def test_half_of_what_pictures_show_is_lit_from_anywhere_in_the_sky():
+    u = np.random.default_rng(3).random((6, 40_000))
+    wi, _ = DISTRIBUTIONS["mixed"](Glossy(0.2, 0.1, 0.3))(u)
+    sky = np.zeros(u.shape[1], bool)
+    sky[1::2] = u[5, 1::2] < 0.5
+    lights = np.stack(wi, axis=1)[sky]
+    np.testing.assert_allclose(lights[:, 2], 1.0 - u[2, sky], atol=1e-6)
+    turn = np.mod(np.arctan2(lights[:, 1], lights[:, 0]), 2.0 * np.pi)
+    np.testing.assert_allclose(turn, 2.0 * np.pi * u[3, sky], atol=1e-6)

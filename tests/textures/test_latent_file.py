@@ -14,6 +14,7 @@ from nacre.io.files import digest
 from nacre.measured.textures import UTIA
 from nacre.textures import LatentMap, NeuralBtf, load_latent_map, save_latent_map
 from nacre.textures.codecs import save_codec
+from nacre.textures.latent_file import FORMAT
 from nacre.textures.latent_map import CodecFile
 from tests.textures.codec_files import header_and_tensors, rewrite
 from tests.textures.codecs.basis.made import codec
@@ -179,3 +180,20 @@ def test_codes_must_be_numbers_to_be_written(tmp_path):
     assert not list(tmp_path.iterdir())
     with pytest.raises(ValueError, match="codes are"):
         dataclasses.replace(made, codes=made.codes[:, :, :1])
+
+
+def test_a_texture_of_several_texels_is_no_material(path):
+    with pytest.raises(FormatError, match=r"felt\.safetensors: .*nacre btf average"):
+        FORMAT.load_material(path)
+
+
+@pytest.mark.parametrize(("dtype", "code"), [("f2", 65472.0), ("f4", 999_936.0)])
+def test_codes_may_be_as_large_as_their_precision_allows(tmp_path, dtype, code):
+    path = tmp_path / "a.safetensors"
+    codes = np.full((1, 1, 2), code, dtype)
+    save_latent_map(LatentMap(codes, codec(), *UTIA.pairs()), path)
+    np.testing.assert_array_equal(load_latent_map(path).codes, codes)
+    for wrong in (np.inf, -np.inf, np.nan):
+        codes[0, 0, 1] = wrong
+        with pytest.raises(FormatError, match="codes holds numbers that are not finite or too"):
+            save_latent_map(LatentMap(codes, codec(), *UTIA.pairs()), path)
