@@ -13,9 +13,9 @@ from nacre.cli.options import option
 from nacre.cli.rendering import TEXTURE_SPP, render_reflectance, render_scene, render_texture
 from nacre.formats import describe_kind
 from nacre.render import scene
+from nacre.render.moving_light import PATHS
 from nacre.render.preview import DENOISED_SPP, MAX_SIZE, PLAIN_SPP
 from nacre.render.textures import scene as texture_scene
-from nacre.render.textures.moving_light import PATHS
 from nacre.render.textures.plugins import DECODERS
 from nacre.render.textures.texels import INTERPOLATIONS
 

@@ -14,7 +14,7 @@ from nacre.export.text import preamble
 from nacre.export.textures.atlas import TextureAtlas
 from nacre.export.textures.source import texture_facts
 from nacre.export.textures.target import TextureTarget
-from nacre.export.textures.three import texture_values
+from nacre.export.three_textures import texture_values
 from nacre.export.wgsl import Wgsl
 
 _REVISION = "three.js r187"

@@ -151,8 +151,8 @@ def texture_pictures(btf: Btf, view: TextureView, report: Progress = silent) -> 
     NacreError
         If the texture cannot be rendered in this way.
     """
+    from nacre.render.moving_light import PATHS, light_path, render_moving
     from nacre.render.preview import render_scene
-    from nacre.render.textures.moving_light import PATHS, light_path, render_moving
     from nacre.render.textures.plugins import texture_bsdf
     from nacre.render.textures.scene import describe_texture_scene, pixel_angle, texture_scale
     from nacre.textures.height_file import full_depth

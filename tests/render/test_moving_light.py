@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from nacre.errors import NacreError
+from nacre.render.moving_light import light_path, render_moving
 from nacre.render.preview import render_scene
-from nacre.render.textures.moving_light import light_path, render_moving
 from nacre.render.textures.scene import GEOMETRIES, describe_texture_scene, facing, light_direction
 from tests.variants import require_mitsuba
 
