@@ -25,18 +25,7 @@ MODELS: Registry[type[AnalyticBrdf]] = Registry(
         "sgd": "nacre.analytic.sgd:Sgd",
         "tabulated-microfacets": "nacre.analytic.power_iteration:TabulatedMicrofacets",
         "npf": "nacre.analytic.npf:Npf",
-        "openpbr": "nacre.standard.openpbr:OpenPbr",
-        "openpbr-anisotropic": "nacre.standard.openpbr:AnisotropicOpenPbr",
-        "gltf": "nacre.standard.gltf:Gltf",
-        "gltf-anisotropic": "nacre.standard.gltf:AnisotropicGltf",
-        "disney": "nacre.standard.disney:Disney",
-        "disney-anisotropic": "nacre.standard.disney:AnisotropicDisney",
-        "principled": "nacre.standard.principled:Principled",
-        "principled-anisotropic": "nacre.standard.principled:AnisotropicPrincipled",
-        "principled-film": "nacre.standard.principled:FilmPrincipled",
-        "principled-film-anisotropic": "nacre.standard.principled:AnisotropicFilmPrincipled",
-        "closures": "nacre.standard.closures:Closures",
     },
 )
-"""Classes of models by their `model`; packages add theirs by an entry point in the group
-`nacre.models`."""
+"""Classes of models by their `model`. Entry points in the group `nacre.models` add others: those of
+other packages, and :mod:`nacre.standard`, which stands above."""
