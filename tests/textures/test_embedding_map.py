@@ -69,8 +69,8 @@ def test_a_map_is_read_as_it_was_written(chart, tmp_path: Path) -> None:
     ("key", "value", "words"),
     [
         ("names", ["low"], "more than 1 textures"),
-        ("names", ["low", "low"], "each once"),
-        ("names", "low", "no list"),
+        ("names", ["low", "low"], "not distinct"),
+        ("names", "low", "not a list"),
         ("version", 9, "version 9"),
         ("places", np.zeros((3, 2)), "have shapes"),
         ("places", np.full((30, 2), np.nan), "not finite"),

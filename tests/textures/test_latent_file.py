@@ -110,7 +110,7 @@ def test_only_files_beside_it_are_referred_to(path, name):
         ({"name": 3}, "name is not a text"),
         ({"metadata": 3}, "metadata is not an object"),
         ({"metadata": {"errors": 3}}, "errors in the metadata are not an object"),
-        ({"codec": 3}, "codec no object"),
+        ({"codec": 3}, "codec not an object"),
         ({"codec": {}}, "'model' is missing"),
         ({"codec": {"model": "other"}}, "unknown model 'other'"),
         ({"codec": {"file": "x", "sha256": "0"}}, "not a SHA-256"),
