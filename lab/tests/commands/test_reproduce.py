@@ -55,7 +55,7 @@ def test_noise_is_reproduced_for_samplers(here, capsys):
     assert run("reproduce", "fig14", "a.safetensors", *options) == 0
     printed = capsys.readouterr().out.splitlines()
     assert printed[:3] == ["out/fig14.csv", "out/fig14.md", "out/fig14.png"]
-    assert "differs from the paper: scenes of nacre's own" in printed[3]
+    assert "differs from the paper: nacre's own scenes" in printed[3]
     assert "| cosine |" in (here / "out" / "fig14.md").read_text()
     lines = (here / "out" / "fig14.csv").read_text().splitlines()
     assert lines[0] == "picture,sampler,samples,seconds,MAE,RMSE,MAPE,PSNR"

@@ -266,7 +266,7 @@ def test_the_command_writes_and_goes_on(folder, tmp_path, monkeypatch, capsys):
     assert nacre("reproduce", "btf-table1", *options, "--again", str(folder / "bonn")) == 0
     printed = capsys.readouterr().out.splitlines()
     assert printed[:3] == [f"out/btf-table1{ending}" for ending in (".csv", ".md", ".png")]
-    assert "differs from the paper: the textures given" in printed[3]
+    assert "differs from the paper: the given textures" in printed[3]
     kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "out" / "cache").iterdir()}
     assert nacre("reproduce", *options[1:], "btf-table1", options[0]) == 0
     assert kept == {
@@ -280,7 +280,7 @@ def test_the_command_writes_and_goes_on(folder, tmp_path, monkeypatch, capsys):
         (("btf-fig4", "absent"), "absent: cannot be read"),
         (("btf-fig4", "{}", "--methods", "other-8"), "other-8: is not a method"),
         (("btf-fig4", "{}", "--methods", "pca-8:2x30"), "only networks have decoders"),
-        (("btf-fig4", "{}", "--steps", "3", "--epochs", "1"), "steps and epochs: give one"),
+        (("btf-fig4", "{}", "--steps", "3", "--epochs", "1"), "steps and epochs: give only one"),
         (("btf-fig4", "{}", "--unseen", "oak"), "oak: is not one of the textures"),
         (("btf-fig4", "{}", "--other", "{}"), "--other is not for btf-fig4"),
         (("btf-fig6", "{}", "--again", "{}"), "--again is not for btf-fig6"),
