@@ -50,6 +50,7 @@ def test_an_encoded_texture_beside_the_measured_one(
     np.testing.assert_allclose(image[:, :24], np.array(mi.Bitmap("lit.exr")), atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not can_denoise(), reason="needs pyoidn (extra 'render')")
 def test_a_picture_is_denoised_unless_told_otherwise(
     capsys: pytest.CaptureFixture[str], cloth: Path

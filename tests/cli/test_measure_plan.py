@@ -63,6 +63,7 @@ def test_from_a_plan_to_a_network_with_its_uncertainty(capsys, measured):
     assert "bands hold 90 %" in Path("lobes.svg").read_text()
 
 
+@pytest.mark.slow
 def test_compare_shows_how_dark_and_bright_it_may_be(capsys, measured):
     nacre.save(merl.tabulate(TRUTH, merl.Resolution(30, 15, 15)), "truth.binary")
     for name, extra in (("few", ()), ("alone", ("--no-prior",))):

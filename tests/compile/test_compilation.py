@@ -160,6 +160,7 @@ print([layer.weights.tobytes().hex() for layer in trainer.layers()])
 """
 
 
+@pytest.mark.slow
 def test_freshly_compiled_code_rounds_as_code_from_the_disk(tmp_path):
     def output():
         return subprocess.run(

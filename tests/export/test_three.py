@@ -162,6 +162,7 @@ def test_environments_are_reflected(renderer: str) -> None:
         assert np.sqrt(np.square(found / expected - 1.0).mean()) <= allowed
 
 
+@pytest.mark.slow
 @renderers
 def test_ambient_light_is_an_environment_of_one_color(renderer: str) -> None:
     mask, points, view = seen()
