@@ -340,7 +340,7 @@ def test_a_small_texture_has_few_components_of_its_own(study, tmp_path):
     for name in ("pca-own-8", "pca-own-16"):
         assert study.errors(find(name), small) is not None
     assert study.errors(find("pca-own-32"), small) is None
-    reason = "there are 16 principal components only"
+    reason = "there are only 16 principal components"
     assert study.skipped == {("pca-own-32", reason): ["small12"]}
 
 
