@@ -60,7 +60,11 @@ def table() -> Brdf:
             wide,
             r"big: \d\d,\d+ weights are more .*--hidden 64,64 .* c, onnx, pytorch or mdl",
         ),
-        (TABLES, table, r"tabulated: .* tables: nacre fit .*; export it --to onnx, pytorch or mdl"),
+        (
+            TABLES,
+            table,
+            r"tabulated: .* tables: fit a network .*\(nacre fit\); export it --to onnx, pytorch or mdl",
+        ),
     ],
     ids=["wide", "table"],
 )

@@ -109,7 +109,7 @@ def test_scenes_that_cannot_be_are_refused(mi, tmp_path):
     path.write_text("<scene>")
     refused(path, "is not XML")
     path.write_text(PAINT.replace("/>", ' version="3.0.0"/>'))
-    refused(path, "is no <scene>")
+    refused(path, "is not a <scene>")
     refused(scene(tmp_path, PAINT, BALL, LIGHT), "has 0 sensors for 1 photographs")
     path = scene(tmp_path, SENSOR, SENSOR, SENSOR, PAINT, BALL, LIGHT)
     refused(path, "has 3 sensors for 2 photographs", GRAY, GRAY)

@@ -92,7 +92,7 @@ def test_what_openusd_writes_again_is_read(path, brdf):
 def test_a_binary_layer_is_refused_with_the_fix(path):
     stage, _ = surfaces(path)
     stage.Export(str(path.with_suffix(".usd")), args={"format": "usdc"})
-    with pytest.raises(FormatError, match="binary layer; usdcat"):
+    with pytest.raises(FormatError, match="binary layer; convert it to text with usdcat"):
         nacre.load(path.with_suffix(".usd"))
 
 
