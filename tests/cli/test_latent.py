@@ -101,6 +101,7 @@ def test_a_neural_basis_serves_alike(capsys, folder):
     assert "is not a log-relative PCA code" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_hypernetwork_gives_networks(capsys, folder):
     pytest.importorskip("torch", reason="needs the extra 'latent'")
     names = [f"made{index}.json" for index in range(len(MATERIALS))]

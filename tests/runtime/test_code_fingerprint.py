@@ -204,6 +204,7 @@ def test_what_a_fit_calls_is_counted(tmp_path):
     assert called - counted == set()
 
 
+@pytest.mark.slow
 def test_it_is_the_same_in_a_copy_and_after_a_new_version(tmp_path, monkeypatch):
     root = "nacre.neural:fit"
     before = code_fingerprint(root)

@@ -42,6 +42,7 @@ def _targets(monkeypatch):
 
 
 @pytest.mark.usefixtures("_targets")
+@pytest.mark.slow
 def test_the_closest_is_written_with_a_readme(tmp_path):
     truth = EXAMPLES["ggx"].replaced(
         name="Red paint", source={"file": "red.binary", "terms": "CC0"}

@@ -11,7 +11,6 @@ from nacre.textures.codecs import PRETRAINED, load_codec
 from nacre.textures.codecs.codec_file import codec_path
 from nacre.workflows.encoding import encode_texture
 from tests.cli.support import run, run_json
-from tests.tiers import tiered
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +21,8 @@ def capture(tmp_path_factory):
     return path
 
 
-@pytest.mark.parametrize("name", tiered(PRETRAINED, ["basis"]))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PRETRAINED)
 def test_included_codecs_encode_an_unseen_capture(capture, tmp_path, capsys, name):
     if name == "unified":
         pytest.importorskip("torch", reason="needs the extra 'btf'")
