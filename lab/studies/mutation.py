@@ -7,7 +7,8 @@ shows what new tests notice.
 
 Mutants are drawn evenly from all that :mod:`lab.studies.mutants.operators` makes of a room. Each
 runs in a process of its own, until a test fails: first the tests that run the changed statement,
-from the quickest on, for 12 seconds at most, then those that run anything of the file, for 4. Where
+those of its module and room before others and the quickest first, for 12 seconds at most, then
+those that run anything of the file, for 4. Where
 the change lies within a function, its code is replaced in a process that has collected all tests;
 else the module is imported with the change. No code is kept: formulas are traced and compiled
 anew, and none of the rooms has a function that Numba compiles. A test counts as noticing only if it
@@ -175,20 +176,30 @@ def _results(path: Path) -> dict[str, dict[str, Any]]:
 def _selected(mutant: Mutant, record: Record) -> tuple[Tests, bool]:
     """The tests of a mutant, and whether imports run it."""
     contexts = record.of_lines(mutant.file, mutant.first, mutant.last)
-    near = _quickest(contexts, record, _LINES)
+    near = _quickest(mutant.file, contexts, record, _LINES)
     chosen = {node for node, _ in near}
-    far = _quickest(record.of_file(mutant.file) - contexts - chosen, record, _FILE)
+    others = record.of_file(mutant.file) - contexts - chosen
+    far = _quickest(mutant.file, others, record, _FILE)
     return [*near, *far], IMPORT in contexts
 
 
-def _quickest(nodes: Iterable[str], record: Record, seconds: float) -> list[tuple[str, float]]:
+def _quickest(
+    file: str, nodes: Iterable[str], record: Record, seconds: float
+) -> list[tuple[str, float]]:
+    """Tests of the module, then of its room, then others; the quickest first."""
+    place = Path(file).relative_to("src/nacre")
+    own, room = f"test_{place.stem}.py", f"tests/{place.parent.as_posix()}/"
+
+    def order(node: str) -> tuple[bool, bool, float, str]:
+        path = node.partition("::")[0]
+        return not path.endswith(own), not path.startswith(room), record.seconds[node], node
+
     found, total = [], 0.0
-    timed = [(node, record.seconds[node]) for node in nodes if node in record.seconds]
-    for node, took in sorted(timed, key=lambda pair: (pair[1], pair[0])):
-        total += took
+    for node in sorted((node for node in nodes if node in record.seconds), key=order):
+        total += record.seconds[node]
         if total > seconds:
             break
-        found.append((node, took))
+        found.append((node, record.seconds[node]))
     return found
 
 

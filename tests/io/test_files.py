@@ -12,7 +12,14 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from nacre.errors import FormatError, MissingExtraError, require
-from nacre.io.files import atomic_path, read_bytes, remove_file
+from nacre.io.files import (
+    append_line,
+    atomic_path,
+    check_not_inputs,
+    read_bytes,
+    read_head,
+    remove_file,
+)
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
@@ -118,3 +125,36 @@ def test_what_a_killed_process_left_goes_when_the_file_is_written_again(tmp_path
     with atomic_path(target) as temporary:
         temporary.write_bytes(b"new")
     assert set(tmp_path.iterdir()) == {target, running}
+
+
+def test_lines_are_added_whole_and_each_on_its_own(tmp_path):
+    path = tmp_path / "log.jsonl"
+    for line in ("one\n", "two\n"):
+        append_line(path, line)
+    assert path.read_bytes() == b"one\ntwo\n"
+    path.write_bytes(b"one\ntw")  # as a killed process leaves it
+    append_line(path, "three\n")
+    assert path.read_bytes() == b"one\ntw\nthree\n"
+
+
+def test_heads_are_read_anew_when_a_file_changes(tmp_path):
+    path = tmp_path / "x.bin"
+    path.write_bytes(b"abcdef")
+    os.utime(path, ns=(10**18, 10**18))
+    assert read_head(path, 4) == read_head(path, 4) == b"abcd"
+    assert read_head(path) == b"abcdef"
+    path.write_bytes(b"ghijkl")
+    os.utime(path, ns=(10**18 + 1, 10**18 + 1))
+    assert read_head(path, 4) == b"ghij"
+    path.write_bytes(b"")
+    with pytest.raises(FormatError, match="is empty"):
+        read_head(path)
+
+
+def test_an_output_is_no_input(tmp_path):
+    (tmp_path / "a").touch()
+    (tmp_path / "link").symlink_to("a")
+    check_not_inputs([tmp_path / "b"], [tmp_path / "a"])
+    for output in ("a", "link", "../" + tmp_path.name + "/a"):
+        with pytest.raises(FormatError, match="is the input as well"):
+            check_not_inputs([tmp_path / "b", tmp_path / output], [tmp_path / "a"])

@@ -7,11 +7,13 @@ import struct
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from nacre.errors import FormatError
+from nacre.errors import FormatError, NacreError
+from nacre.io import image_file
 from nacre.io.image_file import HEADER_LIMIT, PIXEL_LIMIT, check_pixel_count, decode, read_header
 from nacre.render.environment import load_environment
 from nacre.textures.height_file import read_heights
@@ -185,3 +187,14 @@ assert load_environment(path).pixels.shape == picture.shape
 """
     command = [sys.executable, "-c", script, str(tmp_path / "x.exr")]
     subprocess.run(command, check=True, timeout=60)
+
+
+def test_too_little_memory_for_mitsuba_is_said_before_it_is_loaded(monkeypatch):
+    monkeypatch.delitem(sys.modules, "mitsuba", raising=False)
+    monkeypatch.setattr(image_file, "address_space", lambda: 1 << 20)
+    with pytest.raises(NacreError, match="not enough memory to load mitsuba: raise ulimit -v"):
+        image_file.bitmaps()
+    monkeypatch.setitem(sys.modules, "mitsuba", sys)  # it is there already
+    made = SimpleNamespace(thread_count=lambda: 2)
+    monkeypatch.setattr(image_file, "require", lambda name, extra: made)
+    assert image_file.bitmaps() is made

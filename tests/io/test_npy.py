@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import struct
+import zipfile
 import zlib
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from numpy.lib import format as npy
 
 from nacre.errors import FormatError
 from nacre.io.mapped import MappedFile
-from nacre.io.npy import MAGIC, archive_errors, map_npy, parse_npy, parse_text
+from nacre.io.npy import MAGIC, archive_errors, map_npy, parse_npy, parse_text, unpack_member
 
 
 def written(array: np.ndarray, version: tuple[int, int] = (1, 0)) -> bytes:
@@ -118,3 +119,30 @@ def test_a_damaged_archive_is_named_without_the_words_of_a_parser():
         with pytest.raises(FormatError) as caught, archive_errors("x.npz"):
             raise error
         assert f"x.npz: is not a whole .npz archive: its {part}" in str(caught.value)
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED])
+def test_members_of_archives_are_as_long_as_they_say(method):
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", method) as archive:
+        archive.writestr("x.npy", b"0123456789")
+    with zipfile.ZipFile(content) as archive:
+        member = archive.getinfo("x.npy")
+        assert unpack_member(archive, member, 1, "x") == b"0123456789"
+        member.file_size += 1
+        with pytest.raises(FormatError, match="x: is of another length than the archive says"):
+            unpack_member(archive, member, 1, "x")
+        member.file_size = (1 << 26) + 1
+        with pytest.raises(FormatError, match="x: is larger than any table"):
+            unpack_member(archive, member, 1 << 23, "x")
+
+
+def test_members_of_archives_are_packed_in_the_usual_ways_only():
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_BZIP2) as archive:
+        archive.writestr("x.npy", b"0123456789")
+    with (
+        zipfile.ZipFile(content) as archive,
+        pytest.raises(FormatError, match="packed in an unusual way"),
+    ):
+        unpack_member(archive, archive.getinfo("x.npy"), 100, "x")

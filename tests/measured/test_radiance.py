@@ -175,3 +175,9 @@ def test_a_value_is_where_radiances_comments_put_it() -> None:
     wi = np.array([x, y, math.sqrt(1.0 - x * x - y * y)])
     assert brdf.eval(wi, wo)[0] == pytest.approx(0.9)
     assert brdf.eval(wi * [-1.0, 1.0, 1.0], wo)[0] == pytest.approx(0.1)
+
+
+def test_a_name_is_one_line_of_the_file(tmp_path) -> None:
+    path = tmp_path / "a.xml"
+    radiance.save(Shiny().replaced(name="red \n  paint <2>"), path, radiance.Resolution(8))
+    assert "<Name>red paint &lt;2&gt;</Name>" in path.read_text("utf-8")

@@ -14,9 +14,11 @@ import numpy.typing as npt
 import pytest
 
 from nacre.brdf import above_horizon
+from nacre.errors import FormatError
 from nacre.geometry import join, split
 from nacre.measured import rgl
 from nacre.measured.axis import bisect
+from nacre.measured.tensor_file import read_tensors
 from tests.measured import support
 from tests.variants import require_mitsuba
 
@@ -313,3 +315,11 @@ def test_azimuths_over_a_third_of_a_turn_are_refused(tmp_path: Path) -> None:
     fields = material(np.linspace(-np.pi, -np.pi / 3.0, 8))
     path = write(tmp_path / "third.bsdf", tensor_bytes(fields))
     assert_refused(path, "field 'phi_i'", "must span")
+
+
+def test_names_of_fields_have_a_bound(tmp_path):
+    fine, long = ("n" * count for count in (256, 257))
+    one = np.ones(1, np.float32)
+    assert list(read_tensors(write(tmp_path / "a.bsdf", tensor_bytes({fine: one})))) == [fine]
+    with pytest.raises(FormatError, match=r"the name of field \d has 257 characters"):
+        read_tensors(write(tmp_path / "a.bsdf", tensor_bytes({long: one})))

@@ -268,3 +268,51 @@ def test_openmaterial_files_name_their_schema_and_what_the_standard_asks_for(
     assert metadata["name"] == "glossy"
     assert metadata["openMaterial3dVersion"] == "1.1.0"
     assert metadata["sources"] == "tabulated by nacre from made"
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "fine"),
+    [
+        ("Speos BSDF", b"10 40", b"10 90.0009", True),
+        ("Speos BSDF", b"10 40", b"10 90.002", False),
+        ("Speos BSDF", b"10 40", b"10 10", False),
+        ("Speos BSDF", b"10 40", b"-1 40", False),
+        ("Speos BSDF", b"80\t0.3", b"90.002\t0.3", False),
+        ("Zemax BSDF", b"0\t90\t180", b"0\t90\t180.0009", True),
+        ("Zemax BSDF", b"0\t90\t180", b"0\t90\t180.002", False),
+        ("Zemax BSDF", b"10\t40", b"10\t90.002", False),
+    ],
+)
+def test_angles_end_where_they_may(
+    tmp_path: Path, name: str, old: bytes, new: bytes, fine: bool
+) -> None:
+    """A thousandth of a degree is left to rounding."""
+    content = SPECIMENS[name].files()[0]
+    old, new = (part if part in content else part.replace(b" ", b"\t") for part in (old, new))
+    assert old in content
+    path = tmp_path / SPECIMENS[name].name
+    path.write_bytes(content.replace(old, new.replace(b" ", b"\t")))
+    if fine:
+        nacre.load(path)
+    else:
+        with pytest.raises(FormatError, match=r"must increase from 0 to up to|polar angles"):
+            nacre.load(path)
+
+
+class Fine(Glossy):
+    """More bands than a table takes; f_r bends with the wavelength."""
+
+    wavelengths = np.linspace(390.0, 720.0, 60)
+
+    def eval_bands(self, wi, wo):
+        return np.tile(0.1 + (self.wavelengths / 1000.0) ** 3, (len(wi), 1))
+
+
+def test_many_bands_become_the_usual_ones_on_straight_lines() -> None:
+    wi, wo = (hemisphere(np.random.default_rng(6), 4) for _ in range(2))
+    brdf = Fine()
+    expected = np.interp(
+        specular_nodes.BANDS, brdf.wavelengths, 0.1 + (brdf.wavelengths / 1000.0) ** 3
+    )
+    found = specular_nodes.spectra(brdf, wi, wo)
+    np.testing.assert_allclose(found, np.tile(expected, (4, 1)), rtol=1e-6)

@@ -363,3 +363,14 @@ def test_reading_takes_memory_for_what_is_asked_for(tmp_path: Path) -> None:
         assert tracemalloc.get_traced_memory()[1] < 10 << 20
     finally:
         tracemalloc.stop()
+
+
+def test_an_empty_file_is_refused_as_empty(tmp_path):
+    path = tmp_path / "a.btf"
+    path.touch()
+    with pytest.raises(FormatError, match="is empty"):
+        load(path)
+    path.write_bytes(b"B")
+    with pytest.raises(FormatError) as caught:
+        load(path)
+    assert "is empty" not in str(caught.value)
