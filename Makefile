@@ -14,7 +14,7 @@ demo:  ## The main job, start to end; NACRE_DATA=FILE uses a real measurement.
 test: lint tools  ## Formatting, lint, types, layers, doctests and the tests that are quick.
 	$(PYTEST) -m "not slow"
 
-test-all: tools  ## The tests that make test leaves out.
+test-all: test  ## All tests of the product: after those of make test, the slow ones.
 	$(PYTEST) -m slow
 
 test-lab: tools lab  ## The tests of the lab.
