@@ -63,7 +63,7 @@ def table() -> Brdf:
         (
             TABLES,
             table,
-            r"tabulated: .* tables: fit a network .*\(nacre fit\); export it --to onnx, pytorch or mdl",
+            r"tabulated: .* tables: fit .*\(nacre fit\); export it --to onnx, pytorch or mdl",
         ),
     ],
     ids=["wide", "table"],
