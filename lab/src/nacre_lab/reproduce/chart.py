@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import textalloc
+
 from nacre.array import Floats
 from nacre.errors import require
 from nacre.figures.page import FAINT, INK
@@ -106,7 +108,7 @@ def place_labels(
     """
     kept_free = points if obstacles is None else obstacles
     limits = {"xlim": axes.get_xlim(), "ylim": axes.get_ylim()}
-    require("textalloc", "plot").allocate(
+    textalloc.allocate(
         axes,
         *points.T,
         labels,

@@ -91,7 +91,7 @@ def size_plot(study: Study, methods: Sequence[str], light: str) -> Figure:
     Raises
     ------
     MissingExtraError
-        If Matplotlib or textalloc is not installed.
+        If Matplotlib is not installed.
     """
     page = Page(10.5, 5.2, "white")
     found = study.tried(methods)
