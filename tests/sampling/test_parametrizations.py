@@ -71,3 +71,16 @@ def test_labels_are_the_logistic_of_what_a_sampler_comes_from(name: str) -> None
     for free in np.random.default_rng(4).normal(0.0, 1.0, (6, family.size)):
         places = family.places(family.sampler(free))
         np.testing.assert_allclose(places, 1.0 / (1.0 + np.exp(-free)), atol=2e-4)
+
+
+def test_lobes_of_another_kind_are_no_labels() -> None:
+    blinn_phong, ggx, mixture = (
+        PARAMETRIZATIONS[name].sampler(np.zeros(PARAMETRIZATIONS[name].size))
+        for name in ("blinn-phong", "ggx", "mixture")
+    )
+    for name, sampler in (
+        *(("blinn-phong", ggx), ("ggx", blinn_phong), ("ggx", mixture)),
+        *(("mixture", blinn_phong), ("mixture", mixture)),
+    ):
+        with pytest.raises(ValueError, match=f"lobes of {type(sampler).__name__} are no labels"):
+            PARAMETRIZATIONS[name].places(sampler)

@@ -32,7 +32,7 @@ _LIBRARIES = (
     "numpy", "scipy.optimize", "scipy.interpolate", "scipy.spatial", "scipy.special", "numba",
     "llvmlite.binding", "h5py", "safetensors.numpy", "click", "rich.console", "PIL",
 )  # fmt: skip
-_GRACE = 12.0  # seconds that any test may take, beside eight times those that it took
+_GRACE = 30.0  # seconds that any test may take, beside eight times those that it took
 _START = 150.0  # seconds to collect the tests of a module that is imported
 _MEMORY = 6 << 30  # that a mutant may take beside what its process starts with
 
