@@ -199,7 +199,7 @@ class NeuralBasis(PredictingBasis):
     def inferred(self, linearized: Callable[[Doubles], Linearized], extra: int = 0) -> Posterior:
         """What observations say of a code, and of `extra` values beside it.
 
-        Codes are held to be like those of the training materials, whatever the order of their
+        The prior assumes codes like those of the training materials, in any order of their
         channels; see :func:`nacre.latent.posterior.search`.
         """
         known = self.examples.astype(np.float64)

@@ -48,7 +48,7 @@ def posterior_of_photographs(
 ) -> Posterior:
     """The posterior of a material's code, given one or more photographs.
 
-    Pixels are observations like samples of f_r in :func:`nacre.latent.posterior.posterior`, with
+    Pixels are observations like samples of f_r in :func:`nacre.latent.posterior.search`, with
     the same prior; pixels that no code explains get little weight. `camera` is one of
     :data:`CAMERAS`: unknown factors are estimated as well, and are expected to be right within 30
     percent.

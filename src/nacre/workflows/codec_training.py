@@ -52,7 +52,7 @@ def train_codec(
     model
         Kind of codec, one of :data:`nacre.textures.codecs.CODECS`.
     pixels
-        Meaning of the pixels in folders of images, see :func:`nacre.textures.load`.
+        Meaning of the pixels in folders of images, see :func:`nacre.formats.load_btf`.
     half
         Write weights in half precision.
     resume

@@ -205,7 +205,7 @@ def encode_texture(
     directions
         List of directions (`.csv`) for the folder of images `source`, if it is not in the folder.
     pixels
-        Meaning of the pixels in a folder of images, see :func:`nacre.textures.load`.
+        Meaning of the pixels in a folder of images, see :func:`nacre.formats.load_btf`.
     reference
         Write the name of the codec file instead of the codec; the file must then stay beside the
         output unless it is the pretrained one.
