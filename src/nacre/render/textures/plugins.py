@@ -214,8 +214,8 @@ def plugins(variant: str) -> dict[str, Any]:
 
             if self.pixel_angle:
                 raise NacreError(
-                    "measuredbtf: pixel_angle filters encoded textures; encode it (nacre btf "
-                    "encode), or leave the angle out"
+                    "measuredbtf: pixel_angle filters encoded textures; encode this one (nacre "
+                    "fit), or leave the angle out"
                 )
             btf: Btf = load_btf(path) if path is not None else source
             sides = Sides.of(btf)
