@@ -1,12 +1,24 @@
 // The page: what it holds, what is chosen, and the mode that shows it.
 
+import { Compare } from "./compare.js";
 import { Controls } from "./controls.js";
-import { element, listed, made } from "./dom.js";
+import { attributes, button, element, listed, pressed } from "./dom.js";
 import { Drop } from "./drop.js";
+import { Lobes } from "./lobes.js";
+import { Look } from "./look.js";
 import { Materials } from "./materials.js";
-import { MODES } from "./modes.js";
 import { Renderer } from "./renderer.js";
 import { Shelf } from "./shelf.js";
+import { Space } from "./space.js";
+import { Textures } from "./textures.js";
+
+// In the order of their tabs.
+//
+// A mode has a title, a panel (an element beside the picture), available() (whether the page holds
+// something for it), open(), close(), changed() (another material or form is chosen), draw() (what is
+// new, on the picture; returns a word on its state), and, if it wants, lit(change) (the scene changed).
+// One that needs no material has a static alone, true.
+const MODES = [Look, Compare, Lobes, Space, Textures];
 
 export class Page {
   constructor({ facts, bytes }) {
@@ -37,15 +49,12 @@ export class Page {
     for (const each of [list, element("panels")]) each.replaceChildren();
     this.modes.forEach((mode, k) => {
       const name = mode.title.toLowerCase();
-      const tab = made("button", { type: "button", role: "tab", id: `tab-${name}`, "aria-controls": `panel-${name}` }, mode.title);
-      tab.addEventListener("click", () => this.attempt(() => this.open(mode)));
-      list.append(tab);
-      Object.assign(mode.panel, { id: `panel-${name}`, hidden: true });
-      mode.panel.setAttribute("role", "tabpanel");
-      mode.panel.setAttribute("aria-labelledby", tab.id);
+      const facts = { role: "tab", id: `tab-${name}`, "aria-controls": `panel-${name}` };
+      mode.tab = button(mode.title, () => this.attempt(() => this.open(mode)), facts);
+      list.append(mode.tab);
+      attributes(mode.panel, { id: `panel-${name}`, role: "tabpanel", "aria-labelledby": mode.tab.id });
       element("panels").append(mode.panel);
-      mode.tab = tab;
-      tab.addEventListener("keydown", (e) => {
+      mode.tab.addEventListener("keydown", (e) => {
         const step = { ArrowRight: 1, ArrowLeft: -1 }[e.key];
         if (!step) return;
         const next = this.modes[(k + step + this.modes.length) % this.modes.length];
@@ -90,11 +99,10 @@ export class Page {
   describe() {
     const { chosen, form } = this;
     element("name").textContent = chosen.name;
-    element("forms").replaceChildren(...(chosen.forms.length < 2 ? [] : chosen.forms.map((each, k) => {
-      const button = made("button", { type: "button", "aria-pressed": `${each === form}` }, each.label);
-      button.addEventListener("click", () => this.attempt(() => this.choose(this.shelf.selected, k)));
-      return button;
-    })));
+    const choose = (k) => this.attempt(() => this.choose(this.shelf.selected, k));
+    const buttons = chosen.forms.map(({ label }, k) => button(label, () => choose(k)));
+    pressed(buttons, chosen.forms.indexOf(form));
+    element("forms").replaceChildren(...(buttons.length < 2 ? [] : buttons));
     element("known").replaceChildren(...listed({ ...chosen.known, ...form.known }));
     element("picture").setAttribute("aria-label", `${chosen.name}, ${form.label}; arrow keys turn it`);
   }

@@ -1,10 +1,10 @@
 // The mode that holds one material against another: in pictures, and in the numbers of nacre compare.
 
 import { fit, RAMP, view, VIEWS } from "./compare_view.js";
-import { choice, element, made, range } from "./dom.js";
+import { button, choice, element, made, pressed, range } from "./dom.js";
 import { pictureErrors } from "./errors.js";
 import { Flip } from "./flip.js";
-import { LAST, state } from "./look.js";
+import { LAST, Mode, state } from "./look.js";
 import { Protocol } from "./protocol.js";
 import { dragged } from "./turning.js";
 
@@ -17,19 +17,15 @@ const NOTE = "Here: this picture as far as it is. nacre compare: its sphere unde
 const KEYS = { PageDown: -0.1, PageUp: 0.1, Home: -1, End: 1 }; // parts of the width; see also turning.js
 const PAUSE = 200; // ms after a change of the scene, as numbers take a while
 
-export class Compare {
+export class Compare extends Mode {
   constructor(page) {
-    Object.assign(this, { page, title: "Compare", view: "Wipe", wipe: 0.5, factor: 4, protocol: new Protocol(page.renderer) });
+    super(page, "Compare");
+    Object.assign(this, { view: "Wipe", wipe: 0.5, factor: 4, protocol: new Protocol(page.renderer) });
     this.truth = choice("Reference", [], (k) => this.chosen(k));
     this.other = choice("Other", [], (k) => this.against(this.pairs[k]));
-    const swap = made("button", { type: "button", title: "Swap", "aria-label": "Swap" }, "\u21c5");
-    swap.addEventListener("click", () => page.attempt(() => this.swap()));
-    const views = made("div", { className: "buttons", role: "group", "aria-label": "View" }, ...Object.keys(VIEWS).map((name) => {
-      const button = made("button", { type: "button" }, name);
-      button.addEventListener("click", () => page.attempt(() => this.turnTo(name)));
-      return button;
-    }));
-    this.buttons = [...views.children];
+    const swap = button("\u21c5", () => page.attempt(() => this.swap()), { title: "Swap", "aria-label": "Swap" });
+    this.buttons = Object.keys(VIEWS).map((name) => button(name, () => page.attempt(() => this.turnTo(name))));
+    const views = made("div", { className: "buttons", role: "group", "aria-label": "View" }, ...this.buttons);
     this.strength = range("Difference", [0, 5, 1, 2], (x) => this.times(2 ** x));
     this.strength.append(made("output"));
     const legend = { className: "scale", role: "img", "aria-label": "FLIP error by color, from 0 to 1" };
@@ -58,10 +54,6 @@ export class Compare {
     this.slide(this.wipe);
   }
 
-  available() {
-    return true;
-  }
-
   open() {
     this.captions.hidden = false;
     this.turnTo(this.view);
@@ -75,7 +67,7 @@ export class Compare {
     this.flip = null;
     fit(renderer.canvas, renderer.size);
     delete document.body.dataset.view;
-    this.page.describe();
+    super.close();
   }
 
   // All forms of all materials, by number: [material, form].
@@ -143,7 +135,7 @@ export class Compare {
   turnTo(name) {
     this.view = name;
     this.stale = true;
-    for (const button of this.buttons) button.setAttribute("aria-pressed", `${button.textContent === name}`);
+    pressed(this.buttons, Object.keys(VIEWS).indexOf(name));
     const side = name === "Side by side";
     this.handle.hidden = name !== "Wipe";
     this.strength.hidden = !(side || name === "Difference");

@@ -12,6 +12,17 @@ export function made(tag, facts = {}, ...inside) {
   return found;
 }
 
+// A button that calls `press`; `label` may be elements.
+export function button(label, press, facts = {}) {
+  const found = made("button", { type: "button", ...facts }, ...[label].flat());
+  found.addEventListener("click", press);
+  return found;
+}
+
+// Show which one of some buttons is on.
+export const pressed = (buttons, chosen) =>
+  buttons.forEach((each, k) => each.setAttribute("aria-pressed", `${k === chosen}`));
+
 // Terms and what is said of them, for a <dl>.
 export const listed = (facts) =>
   Object.entries(facts).flatMap(([key, value]) => [made("dt", {}, key), made("dd", {}, value)]);
@@ -19,11 +30,15 @@ export const listed = (facts) =>
 const SVG = "http://www.w3.org/2000/svg";
 
 // An SVG element with attributes and what is inside.
-export function drawn(tag, attributes = {}, ...inside) {
+export function drawn(tag, facts = {}, ...inside) {
   const found = document.createElementNS(SVG, tag);
-  for (const [name, value] of Object.entries(attributes)) found.setAttribute(name, value);
+  attributes(found, facts);
   found.append(...inside);
   return found;
+}
+
+export function attributes(target, facts) {
+  for (const [name, value] of Object.entries(facts)) target.setAttribute(name, value);
 }
 
 // A labelled range; `change` is called with its number.

@@ -1,27 +1,26 @@
 // Files that are dropped onto the page, or chosen with a button: each becomes a material of the shelf.
 
-import { element, made } from "./dom.js";
+import { button, element, made } from "./dom.js";
 import { ENDINGS, Reading } from "./files.js";
-import { thumbnail } from "./thumbnail.js";
 
 const LONGEST = 200; // characters of a name that are shown
 const GROUP = "Opened here";
+const SIZE = 96, FRAMES = 32; // of small pictures
+const SCENE = { shape: "sphere", turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], surroundings: 1, irradiance: [0, 0, 0], exposure: 1, still: false };
 
 export class Drop {
   constructor(page) {
     this.page = page;
     this.last = Promise.resolve();
     const input = made("input", { type: "file", multiple: true, accept: ENDINGS.join(","), hidden: true });
-    const button = made("button", { type: "button", id: "open" }, "Open files…");
-    button.title = `${ENDINGS.join(", ")}; or drop them anywhere on the page`;
+    const title = `${ENDINGS.join(", ")}; or drop them anywhere on the page`;
     this.state = made("p", { id: "reading", role: "status", className: "quiet" });
     this.veil = made("div", { id: "veil", hidden: true }, made("p", {}, `Drop ${ENDINGS.join(", ")} files to see them`));
-    button.addEventListener("click", () => input.click());
     input.addEventListener("change", () => {
       this.open([...input.files]);
       input.value = "";
     });
-    element("search").after(button, input, this.state);
+    element("search").after(button("Open files…", () => input.click(), { id: "open", title }), input, this.state);
     document.body.append(this.veil);
     this.listen();
   }
@@ -72,5 +71,22 @@ export class Drop {
     // What cannot be drawn does not come onto the shelf.
     const picture = thumbnail(page.renderer, page.materials.shown(form));
     page.add({ name: name.slice(0, LONGEST), group: GROUP, known, forms: [form], picture });
+  }
+}
+
+// The sphere in a material {glsl, textures} under the environment that is chosen, as a data: address.
+// The renderer is left with this material, and begins anew.
+function thumbnail(renderer, material) {
+  const { size } = renderer, scene = { ...renderer.scene };
+  try {
+    renderer.resize(SIZE, SIZE);
+    renderer.change(SCENE);
+    renderer.show(material);
+    for (let k = 0; k < FRAMES; k++) renderer.frame();
+    renderer.present();
+    return renderer.canvas.toDataURL("image/jpeg", 0.8);
+  } finally {
+    renderer.resize(...size);
+    renderer.change(scene);
   }
 }

@@ -6,6 +6,7 @@
 
 import { choice, element, made } from "./dom.js";
 import { Hemisphere, nodes } from "./hemisphere.js";
+import { Mode } from "./look.js";
 import { Polar, SCALES, rounded } from "./polar.js";
 
 const DEGREE = Math.PI / 180;
@@ -28,10 +29,9 @@ function anglesOf(incidence) {
 const spherical = (theta, phi) =>
   [Math.sin(theta) * Math.cos(phi), Math.sin(theta) * Math.sin(phi), Math.cos(theta)];
 
-export class Lobes {
+export class Lobes extends Mode {
   constructor(page) {
-    this.page = page;
-    this.title = "Lobes";
+    super(page, "Lobes");
     this.settings = { scale: "log", cosine: true, channels: false };
     this.light = { theta: 45 * DEGREE, phi: 135 * DEGREE };
     this.view = 45 * DEGREE;
@@ -63,10 +63,6 @@ export class Lobes {
     });
   }
 
-  available() {
-    return true;
-  }
-
   // The light is where the lamp is, seen from the middle of a sphere before us.
   open() {
     const [x, y, z] = this.page.renderer.scene.lamp;
@@ -78,7 +74,7 @@ export class Lobes {
 
   close() {
     this.handle.hidden = true;
-    this.page.describe();
+    super.close();
     const [x, y] = spherical(this.light.theta, this.light.phi);
     if (this.moved) this.page.controls.move(x, y);
   }

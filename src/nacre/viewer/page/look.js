@@ -1,4 +1,4 @@
-// The mode that turns a shape in the light.
+// Modes of the page, and the one that turns a shape in the light.
 
 import { made } from "./dom.js";
 
@@ -8,11 +8,10 @@ export const LAST = 256; // nothing is seen to change
 // A word on how far a picture is.
 export const state = (frames, whole = CONVERGED) => (frames < whole ? `${Math.round((100 * frames) / whole)} %` : "converged");
 
-export class Look {
-  constructor(page) {
-    this.page = page;
-    this.title = "Look";
-    this.panel = made("div");
+// What modes share: see app.js.
+export class Mode {
+  constructor(page, title, panel = made("div")) {
+    Object.assign(this, { page, title, panel });
   }
 
   available() {
@@ -23,7 +22,17 @@ export class Look {
     this.changed();
   }
 
-  close() {}
+  changed() {}
+
+  close() {
+    this.page.describe();
+  }
+}
+
+export class Look extends Mode {
+  constructor(page, title = "Look") {
+    super(page, title);
+  }
 
   // The material or what it is shown on has changed.
   changed() {

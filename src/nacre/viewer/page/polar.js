@@ -1,6 +1,6 @@
 // A polar plot of values over the angles of a half-plane, with handles for the light and the view.
 
-import { drawn } from "./dom.js";
+import { attributes, drawn } from "./dom.js";
 
 const CENTER = [160, 142], RADIUS = 122, DEGREE = Math.PI / 180;
 const SPOKES = [-90, -60, -30, 0, 30, 60, 90];
@@ -84,12 +84,9 @@ export class Polar {
     group.point = (angle, radius) => {
       const [x, y] = place(angle, radius), degrees = (sign * angle) / DEGREE;
       group.angle = angle;
-      ray.setAttribute("x2", x);
-      ray.setAttribute("y2", y);
-      knob.setAttribute("cx", x);
-      knob.setAttribute("cy", y);
-      group.setAttribute("aria-valuenow", Math.round(degrees));
-      group.setAttribute("aria-valuetext", `${degrees.toFixed(1)}°`);
+      attributes(ray, { x2: x, y2: y });
+      attributes(knob, { cx: x, cy: y });
+      attributes(group, { "aria-valuenow": Math.round(degrees), "aria-valuetext": `${degrees.toFixed(1)}°` });
     };
     return group;
   }
@@ -103,9 +100,8 @@ export class Polar {
       const points = Array.from(angles, (angle, k) => pair(place(angle, radius(k))));
       curve.setAttribute("d", `M${points.join("L")}`);
     });
-    const [x, y] = place(incidence, 1);
-    this.mirror.setAttribute("x2", x);
-    this.mirror.setAttribute("y2", y);
+    const [x2, y2] = place(incidence, 1);
+    attributes(this.mirror, { x2, y2 });
     this.light.point(-incidence, 1);
     this.view.point(view, 1);
   }

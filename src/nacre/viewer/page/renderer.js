@@ -55,9 +55,9 @@ export class Renderer extends Context {
     const { gl } = this, { texels, toward, radiance, edge } = tables(pixels, width, height);
     for (const texture of Object.values(this.environment ?? {})) gl.deleteTexture(texture);
     this.environment = {
-      texels: this.texture(gl.RGBA32F, width, height, texels),
-      toward: this.texture(gl.RGBA32F, edge, edge, toward),
-      radiance: this.texture(gl.RGBA32F, edge, edge, radiance),
+      texels: this.texture([width, height], texels),
+      toward: this.texture([edge, edge], toward),
+      radiance: this.texture([edge, edge], radiance),
     };
     this.restart();
   }
@@ -101,7 +101,8 @@ export class Renderer extends Context {
       return;
     }
     if (!this.shapes.has(shape)) this.shapes.set(shape, this.mesh(SHAPES[shape](), [3, 3, 3]));
-    this.meshed(this.points, this.program(POINTS, FRAMES), values, this.shapes.get(shape));
+    this.begin(this.points);
+    this.meshed(this.program(POINTS, FRAMES), values, this.shapes.get(shape));
   }
 
   // Show a picture on the canvas, which is then no longer stale.
@@ -134,17 +135,17 @@ export class Renderer extends Context {
   // Reflectance and `more`, the density of samples, four numbers a pair, of directions with three
   // numbers each.
   values({ glsl, textures = {} }, wi, wo, more = "material_pdf(wi, wo)") {
-    const { gl } = this, count = wi.length / 3, width = Math.min(count, 1024), height = Math.ceil(count / width);
+    const count = wi.length / 3, width = Math.min(count, 1024), height = Math.ceil(count / width);
     const held = [wi, wo].map((w) => {
       const padded = new Float32Array(4 * width * height);
       for (let k = 0; k < count; k++) padded.set(w.slice(3 * k, 3 * k + 3), 4 * k);
-      return this.texture(gl.RGBA32F, width, height, padded);
+      return this.texture([width, height], padded);
     });
     const target = this.target(1, [width, height]);
     this.fill(target, this.program(WHOLE, VALUES(glsl, more)), { toward: held[0], from: held[1], ...textures });
     const found = this.read(target).subarray(0, 4 * count);
     this.free(target);
-    held.forEach((texture) => gl.deleteTexture(texture));
+    held.forEach((texture) => this.gl.deleteTexture(texture));
     return found;
   }
 }

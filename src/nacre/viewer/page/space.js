@@ -1,7 +1,7 @@
 // The mode that shows what lies between materials: a map of them, and codes decoded as they are needed.
 
 import { Decoder } from "./decoder.js";
-import { element, made } from "./dom.js";
+import { button, element, made } from "./dom.js";
 import { Look } from "./look.js";
 import { Map2d, weightsAt } from "./map.js";
 import { bytesOf, handOver } from "./save.js";
@@ -12,8 +12,7 @@ const SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render/i; // renderers tha
 
 export class Space extends Look {
   constructor(page) {
-    super(page);
-    this.title = "Space";
+    super(page, "Space");
     this.space = page.facts.space;
     if (this.space) this.build();
   }
@@ -32,17 +31,11 @@ export class Space extends Look {
       (place) => page.attempt(() => this.go(place)),
       (k) => page.attempt(() => page.choose(space.materials[k])));
     this.parts = made("ul", { className: "parts" });
-    const save = made("button", { type: "button" }, "Save this material");
-    const keep = made("button", { type: "button" }, "Put it on the shelf");
-    save.addEventListener("click", () => page.attempt(() => this.save()));
-    keep.addEventListener("click", () => page.attempt(() => this.keep()));
+    const save = button("Save this material", () => page.attempt(() => this.save()));
+    const keep = button("Put it on the shelf", () => page.attempt(() => this.keep()));
     this.panel.append(this.map.svg, this.parts, made("div", { className: "buttons" }, save, keep),
       made("p", { className: "quiet small" }, `Every place stands for ${this.decoder.codeDim} numbers, mixed from those of the materials \
 around it and decoded to a network here. At a material that is close to it, not the same.`));
-  }
-
-  close() {
-    this.page.describe();
   }
 
   // A material of the shelf is chosen: go there, or show it as it is where it is not on the map.

@@ -1,7 +1,7 @@
 // The mode that shows encoded textures in the light of a lamp that moves.
 
-import { choice, listed, made, range } from "./dom.js";
-import { state } from "./look.js";
+import { button, choice, listed, made, pressed, range } from "./dom.js";
+import { Mode, state } from "./look.js";
 import { Textured } from "./textured.js";
 
 const CONVERGED = 16; // frames: then edges are smooth
@@ -13,12 +13,12 @@ const PATHS = {
   sweep: (turn) => [0.85 * Math.sin(turn), 0.25],
 };
 
-export class Textures {
+export class Textures extends Mode {
   static alone = true; // shown where there are no materials too
 
   constructor(page) {
-    Object.assign(this, { page, title: "Textures", panel: made("div", { className: "textures" }), path: "still" });
-    this.held = page.facts.textures ?? [];
+    super(page, "Textures", made("div", { className: "textures" }));
+    Object.assign(this, { path: "still", held: page.facts.textures ?? [] });
     if (!this.held.length) return;
     this.read = new Map();
     this.textured = new Textured(page.renderer, new TextDecoder().decode(page.bytes(page.facts.texture_glsl)));
@@ -31,11 +31,9 @@ export class Textures {
 
   build() {
     const { page, textured } = this, say = (change) => page.attempt(change);
-    this.buttons = this.held.map((each, k) => {
-      const button = made("button", { type: "button", className: "material", "aria-pressed": "false" },
-        made("img", { src: page.shelf.packed(each.thumbnail), alt: "" }), made("span", {}, each.name));
-      button.addEventListener("click", () => say(() => this.choose(k)));
-      return button;
+    this.buttons = this.held.map(({ thumbnail, name }, k) => {
+      const inside = [made("img", { src: page.shelf.packed(thumbnail), alt: "" }), made("span", {}, name)];
+      return button(inside, () => say(() => this.choose(k)), { className: "material", "aria-pressed": "false" });
     });
     this.light = choice("Lamp", [["still", "Still"], ["circle", "Around"], ["sweep", "From side to side"]], (path) => this.follow(path));
     this.depth = range("Relief", [0, 2, 0.05, 1], (depth) => say(() => textured.change({ depth })));
@@ -63,7 +61,7 @@ export class Textures {
     const facts = this.held[k], { read, page } = this;
     if (!read.has(k)) read.set(k, this.textured.loaded(facts, page.bytes));
     this.textured.show(read.get(k));
-    this.buttons.forEach((button, at) => button.setAttribute("aria-pressed", `${at === k}`));
+    pressed(this.buttons, k);
     this.name.textContent = facts.name;
     this.known.replaceChildren(...listed(facts.known));
     this.depth.hidden = !facts.relief;
@@ -83,20 +81,18 @@ export class Textures {
     if (this.chosen === undefined) this.choose(0);
     renderer.canvas.setAttribute("aria-label", "Texture; arrow keys turn it");
     this.times = [];
-    this.textured.restart();
+    this.textured.frames = 0;
   }
 
   close() {
-    const { page } = this;
-    page.controls.shine(Number(page.controls.strength.value));
-    page.describe();
-    page.renderer.restart();
+    const { controls, renderer } = this.page;
+    controls.shine(Number(controls.strength.value));
+    super.close();
+    renderer.restart();
   }
 
-  changed() {}
-
   lit(change) {
-    if (Object.keys(change).some((name) => name !== "exposure")) this.textured.restart();
+    if (Object.keys(change).some((name) => name !== "exposure")) this.textured.frames = 0;
   }
 
   draw() {
