@@ -2,7 +2,7 @@
 
 import { Compare } from "./compare.js";
 import { Controls } from "./controls.js";
-import { attributes, button, element, listed, pressed } from "./dom.js";
+import { attributes, button, element, keyed, listed, pressed } from "./dom.js";
 import { Drop } from "./drop.js";
 import { Lobes } from "./lobes.js";
 import { Look } from "./look.js";
@@ -54,9 +54,7 @@ export class Page {
       list.append(mode.tab);
       attributes(mode.panel, { id: `panel-${name}`, role: "tabpanel", "aria-labelledby": mode.tab.id });
       element("panels").append(mode.panel);
-      mode.tab.addEventListener("keydown", (e) => {
-        const step = { ArrowRight: 1, ArrowLeft: -1 }[e.key];
-        if (!step) return;
+      keyed(mode.tab, { ArrowRight: 1, ArrowLeft: -1 }, (step) => {
         const next = this.modes[(k + step + this.modes.length) % this.modes.length];
         next.tab.focus();
         this.attempt(() => this.open(next));

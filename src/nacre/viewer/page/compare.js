@@ -1,7 +1,7 @@
 // The mode that holds one material against another: in pictures, and in the numbers of nacre compare.
 
 import { fit, RAMP, view, VIEWS } from "./compare_view.js";
-import { button, choice, element, made, pressed, range } from "./dom.js";
+import { button, choice, element, keyed, made, pressed, range } from "./dom.js";
 import { pictureErrors } from "./errors.js";
 import { Flip } from "./flip.js";
 import { LAST, Mode, state } from "./look.js";
@@ -44,11 +44,7 @@ export class Compare extends Mode {
     this.handle = made("div", { id: "wipe", tabIndex: 0, ...slider });
     this.captions = made("div", { id: "captions" }, ...Object.keys(VIEWS).map(() => made("span")));
     dragged(this.handle, (across) => this.slide(this.wipe + across / element("frame").clientWidth));
-    this.handle.addEventListener("keydown", (e) => {
-      if (!(e.key in KEYS)) return;
-      e.preventDefault();
-      this.slide(this.wipe + KEYS[e.key]);
-    });
+    keyed(this.handle, KEYS, (part) => this.slide(this.wipe + part));
     element("frame").append(this.handle, this.captions);
     for (const each of [this.handle, this.captions]) each.hidden = true;
     this.slide(this.wipe);

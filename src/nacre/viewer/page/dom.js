@@ -19,6 +19,32 @@ export function button(label, press, facts = {}) {
   return found;
 }
 
+// Call with what `steps` has for a key that is pressed on an element.
+export function keyed(target, steps, change) {
+  target.addEventListener("keydown", (e) => {
+    if (!(e.key in steps) || e.altKey || e.ctrlKey || e.metaKey) return;
+    e.preventDefault();
+    change(steps[e.key]);
+  });
+}
+
+// Call with each event of a pointer that moves after it was pressed on an element; `begin` is called
+// with the press, and may give false to let it pass.
+export function held(target, move, begin = () => true) {
+  target.addEventListener("pointerdown", (e) => {
+    if (begin(e) !== false) target.setPointerCapture(e.pointerId);
+  });
+  target.addEventListener("pointermove", (e) => {
+    if (target.hasPointerCapture(e.pointerId)) move(e);
+  });
+}
+
+// Where an event is in an element, in parts of its width and height.
+export function placeIn(target, { clientX, clientY }) {
+  const { left, top, width, height } = target.getBoundingClientRect();
+  return [(clientX - left) / width, (clientY - top) / height];
+}
+
 // Show which one of some buttons is on.
 export const pressed = (buttons, chosen) =>
   buttons.forEach((each, k) => each.setAttribute("aria-pressed", `${k === chosen}`));

@@ -4,7 +4,7 @@
 // azimuth; in the plane of incidence views have an angle from the normal, positive on the side of the
 // mirror direction, as in nacre.figures.lobes.
 
-import { choice, element, made } from "./dom.js";
+import { choice, element, keyed, made } from "./dom.js";
 import { Hemisphere, nodes } from "./hemisphere.js";
 import { Mode } from "./look.js";
 import { Polar, SCALES, rounded } from "./polar.js";
@@ -54,8 +54,7 @@ export class Lobes extends Mode {
     this.handle = made("button", facts);
     element("frame").append(this.handle);
     // Which way "right" and "down" lead is settled as a drag starts: the light may pass the rim.
-    this.handle.addEventListener("pointerdown", () => (this.ways = this.waysNow()));
-    this.handle.addEventListener("keydown", () => (this.ways = this.waysNow()));
+    for (const start of ["pointerdown", "keydown"]) this.handle.addEventListener(start, () => (this.ways = this.waysNow()));
     page.controls.dragged(this.handle, (across, down) => {
       const reach = element("picture").getBoundingClientRect().width / 2, [right, below] = this.ways;
       const theta = this.light.theta + (below * down) / reach, phi = this.light.phi + (right * across) / reach;
@@ -141,7 +140,7 @@ export class Lobes extends Mode {
     this.polar.draw({ angles: plane.angles, values, peak: this.peak, scale: SCALES[scale], incidence: light.theta, view });
     this.picture.shape(around.directions, weighed(around.rgb, (k) => around.directions[3 * k + 2]), SCALES[scale], channels);
     this.list(values, weighed(this.here, () => Math.cos(view)));
-    for (const [name, value] of [["light", light.theta], ["azimuth", light.phi], ["view", view]]) {
+    for (const [name, value] of Object.entries({ light: light.theta, azimuth: light.phi, view })) {
       const { input, output } = this.inputs[name];
       input.value = value / DEGREE;
       output.textContent = `${(value / DEGREE).toFixed(1)}°`;
@@ -183,12 +182,8 @@ export class Lobes extends Mode {
   angle(name, title, min, max, change) {
     const input = made("input", { type: "range", min, max, step: "any", "aria-label": title }), output = made("output");
     input.addEventListener("input", () => this.page.attempt(() => change(Number(input.value) * DEGREE)));
-    input.addEventListener("keydown", (e) => {
-      const step = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[e.key];
-      if (!step) return;
-      e.preventDefault();
-      this.page.attempt(() => change((Math.round(Number(input.value)) + step) * DEGREE));
-    });
+    keyed(input, { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }, (step) =>
+      this.page.attempt(() => change((Math.round(Number(input.value)) + step) * DEGREE)));
     this.inputs[name] = { input, output };
     return made("label", {}, title, input, output);
   }

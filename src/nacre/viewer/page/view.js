@@ -29,9 +29,8 @@ p { position: absolute; inset: auto 0 0 0; margin: 0; padding: 6px 8px; font: 13
 p[hidden] { display: none; }`;
 
 class Studio {
-  constructor() {
-    Object.assign(this, { views: new Set(), running: false });
-  }
+  views = new Set();
+  running = false;
 
   add(view) {
     this.views.add(view);
@@ -104,7 +103,7 @@ const studio = new Studio();
 export class View {
   // A picture in the shadow of an element. `facts` and `bytes` are of a page: its environments.
   constructor(host, { facts, bytes }) {
-    Object.assign(this, { host, bytes, environments: facts.environments, troubles: new Map() });
+    Object.assign(this, { host, bytes, environments: facts.environments, troubles: {} });
     const turning = new Turning();
     this.scene = { shape: "sphere", turn: turning.by(0, 0), exposure: 1, backing: 0, surroundings: 1, irradiance: [0, 0, 0] };
     Object.assign(this, { read: null, stale: true, drawn: 0, seen: true, size: 256, changes: {}, words: ["", "sphere", ""] });
@@ -120,7 +119,10 @@ export class View {
       this.touch({ turn: turning.by(across, down) });
     });
     this.sizes = new ResizeObserver(() => this.measure());
-    this.sights = new IntersectionObserver((found) => this.sight(found[found.length - 1].isIntersecting));
+    this.sights = new IntersectionObserver((found) => {
+      this.seen = found.at(-1).isIntersecting;
+      studio.wake();
+    });
     this.set("light", "");
   }
 
@@ -135,11 +137,6 @@ export class View {
     this.sizes.disconnect();
     this.sights.disconnect();
     studio.remove(this);
-  }
-
-  sight(seen) {
-    this.seen = seen;
-    studio.wake();
   }
 
   measure() {
@@ -208,10 +205,9 @@ export class View {
 
   // Say what fails, by the name of what does; "" once it does not.
   say(name, text) {
-    if (text) this.troubles.set(name, text);
-    else this.troubles.delete(name);
-    this.trouble.hidden = !this.troubles.size;
-    this.trouble.textContent = [...this.troubles.values()].join("; ");
+    this.troubles[name] = text;
+    this.trouble.textContent = Object.values(this.troubles).filter(Boolean).join("; ");
+    this.trouble.hidden = !this.trouble.textContent;
     if (text) this.host.dispatchEvent(new CustomEvent("error", { detail: text }));
   }
 
