@@ -2,7 +2,7 @@
 
 import { Compare } from "./compare.js";
 import { Controls } from "./controls.js";
-import { attributes, button, element, keyed, listed, pressed } from "./dom.js";
+import { attempt, attributes, button, element, keyed, listed, pressed } from "./dom.js";
 import { Drop } from "./drop.js";
 import { Lobes } from "./lobes.js";
 import { Look } from "./look.js";
@@ -25,7 +25,7 @@ export class Page {
     this.renderer = new Renderer(element("picture"));
     Object.assign(this, { facts, bytes, materials: new Materials(facts, bytes, this.renderer) });
     this.controls = new Controls(this);
-    this.shelf = new Shelf(this, (k) => this.attempt(() => this.choose(k)));
+    this.shelf = new Shelf(this, (k) => attempt(() => this.choose(k)));
     this.drop = new Drop(this);
     this.start();
     this.loop();
@@ -50,14 +50,14 @@ export class Page {
     this.modes.forEach((mode, k) => {
       const name = mode.title.toLowerCase();
       const facts = { role: "tab", id: `tab-${name}`, "aria-controls": `panel-${name}` };
-      mode.tab = button(mode.title, () => this.attempt(() => this.open(mode)), facts);
+      mode.tab = button(mode.title, () => this.open(mode), facts);
       list.append(mode.tab);
       attributes(mode.panel, { id: `panel-${name}`, role: "tabpanel", "aria-labelledby": mode.tab.id });
       element("panels").append(mode.panel);
       keyed(mode.tab, { ArrowRight: 1, ArrowLeft: -1 }, (step) => {
         const next = this.modes[(k + step + this.modes.length) % this.modes.length];
         next.tab.focus();
-        this.attempt(() => this.open(next));
+        attempt(() => this.open(next));
       });
     });
     this.open(this.modes[0]);
@@ -97,8 +97,7 @@ export class Page {
   describe() {
     const { chosen, form } = this;
     element("name").textContent = chosen.name;
-    const choose = (k) => this.attempt(() => this.choose(this.shelf.selected, k));
-    const buttons = chosen.forms.map(({ label }, k) => button(label, () => choose(k)));
+    const buttons = chosen.forms.map(({ label }, k) => button(label, () => this.choose(this.shelf.selected, k)));
     pressed(buttons, chosen.forms.indexOf(form));
     element("forms").replaceChildren(...(buttons.length < 2 ? [] : buttons));
     element("known").replaceChildren(...listed({ ...chosen.known, ...form.known }));
@@ -109,20 +108,6 @@ export class Page {
   scene(change) {
     this.renderer.change(change);
     this.mode?.lit?.(change);
-  }
-
-  // Do something; what fails is said, and the page goes on. What is done in time is waited for.
-  attempt(change) {
-    const say = (text) => {
-      element("trouble").hidden = !text;
-      element("trouble").textContent = text;
-    };
-    try {
-      say("");
-      return Promise.resolve(change()).catch((error) => say(error.message));
-    } catch (error) {
-      say(error.message);
-    }
   }
 
   // Frames are drawn while the last are done: a queue of them would freeze the page.

@@ -1,7 +1,7 @@
 // The mode that holds one material against another: in pictures, and in the numbers of nacre compare.
 
 import { fit, RAMP, view, VIEWS } from "./compare_view.js";
-import { button, choice, element, keyed, made, pressed, range } from "./dom.js";
+import { attempt, button, choice, element, keyed, made, pressed, range } from "./dom.js";
 import { pictureErrors } from "./errors.js";
 import { Flip } from "./flip.js";
 import { LAST, Mode, state } from "./look.js";
@@ -21,10 +21,10 @@ export class Compare extends Mode {
   constructor(page) {
     super(page, "Compare");
     Object.assign(this, { view: "Wipe", wipe: 0.5, factor: 4, protocol: new Protocol(page.renderer) });
-    this.truth = choice("Reference", [], (k) => this.chosen(k));
+    this.truth = choice("Reference", [], (value) => page.choose(this.pairs[value].k, this.pairs[value].f));
     this.other = choice("Other", [], (k) => this.against(this.pairs[k]));
-    const swap = button("\u21c5", () => page.attempt(() => this.swap()), { title: "Swap", "aria-label": "Swap" });
-    this.buttons = Object.keys(VIEWS).map((name) => button(name, () => page.attempt(() => this.turnTo(name))));
+    const swap = button("\u21c5", () => this.swap(), { title: "Swap", "aria-label": "Swap" });
+    this.buttons = Object.keys(VIEWS).map((name) => button(name, () => this.turnTo(name)));
     const views = made("div", { className: "buttons", role: "group", "aria-label": "View" }, ...this.buttons);
     this.strength = range("Difference", [0, 5, 1, 2], (x) => this.times(2 ** x));
     this.strength.append(made("output"));
@@ -82,12 +82,6 @@ export class Compare extends Mode {
     return this.pairs.findIndex((pair) => pair.form === form);
   }
 
-  // The reference is the material of the page.
-  chosen(value) {
-    const { k, f } = this.pairs[value];
-    this.page.attempt(() => this.page.choose(k, f));
-  }
-
   // The material or form of the page is another one. What it is held against stays, unless that was
   // another form of the material before, or is this one.
   changed() {
@@ -109,7 +103,7 @@ export class Compare extends Mode {
   }
 
   against(pair) {
-    this.page.attempt(() => this.show(pair));
+    attempt(() => this.show(pair));
     this.other.lastChild.value = `${this.at(this.held.form)}`;
   }
 

@@ -12,10 +12,26 @@ export function made(tag, facts = {}, ...inside) {
   return found;
 }
 
+// Show what fails; "" once nothing does.
+export function say(text) {
+  element("trouble").hidden = !text;
+  element("trouble").textContent = text;
+}
+
+// Do something; what fails is said, and the page goes on. What is done in time is waited for.
+export async function attempt(change) {
+  say("");
+  try {
+    await change();
+  } catch (error) {
+    say(error.message);
+  }
+}
+
 // A button that calls `press`; `label` may be elements.
 export function button(label, press, facts = {}) {
   const found = made("button", { type: "button", ...facts }, ...[label].flat());
-  found.addEventListener("click", press);
+  found.addEventListener("click", () => attempt(press));
   return found;
 }
 
@@ -70,13 +86,13 @@ export function attributes(target, facts) {
 // A labelled range; `change` is called with its number.
 export function range(label, [min, max, step, value], change) {
   const input = made("input", { type: "range", min, max, step, value });
-  input.addEventListener("input", () => change(Number(input.value)));
+  input.addEventListener("input", () => attempt(() => change(Number(input.value))));
   return made("label", {}, label, input);
 }
 
 // A labelled choice of [value, text] pairs; `change` is called with the value.
 export function choice(label, pairs, change) {
   const select = made("select", {}, ...pairs.map(([value, text]) => made("option", { value, textContent: text })));
-  select.addEventListener("change", () => change(select.value));
+  select.addEventListener("change", () => attempt(() => change(select.value)));
   return made("label", {}, label, select);
 }

@@ -1,6 +1,6 @@
 // Files that are dropped onto the page, or chosen with a button: each becomes a material of the shelf.
 
-import { button, element, made } from "./dom.js";
+import { attempt, button, element, made } from "./dom.js";
 import { ENDINGS, Reading } from "./files.js";
 
 const LONGEST = 200; // characters of a name that are shown
@@ -45,7 +45,7 @@ export class Drop {
 
   // Read files one after another, behind those that are being read; resolves when all are done.
   open(files) {
-    this.last = this.last.then(() => this.page.attempt(() => this.all(files)));
+    this.last = this.last.then(() => attempt(() => this.all(files)));
     return this.last;
   }
 

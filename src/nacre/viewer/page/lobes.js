@@ -4,7 +4,7 @@
 // azimuth; in the plane of incidence views have an angle from the normal, positive on the side of the
 // mirror direction, as in nacre.figures.lobes.
 
-import { choice, element, keyed, made } from "./dom.js";
+import { attempt, choice, element, keyed, made, range } from "./dom.js";
 import { Hemisphere, nodes } from "./hemisphere.js";
 import { Mode } from "./look.js";
 import { Polar, SCALES, rounded } from "./polar.js";
@@ -38,7 +38,6 @@ export class Lobes extends Mode {
     this.polar = new Polar({ light: (theta) => this.move({ theta }), view: (theta) => this.look(theta) });
     this.picture = new Hemisphere(page.renderer);
     this.inputs = {};
-    const set = (change) => page.attempt(() => this.set(change));
     this.table = made("table");
     this.panel = made("div", { className: "lobes" },
       this.polar.svg,
@@ -46,9 +45,9 @@ export class Lobes extends Mode {
         this.angle("light", "Light θᵢ", 0, 89, (theta) => this.move({ theta })),
         this.angle("azimuth", "Light φᵢ", -180, 180, (phi) => this.move({ phi })),
         this.angle("view", "View θₒ", -89, 89, (theta) => this.look(theta)),
-        choice("Values", VALUES, (name) => set({ cosine: name === "cosine" })),
-        choice("Scale", Object.entries(SCALES).map(([name, { title }]) => [name, title]), (scale) => set({ scale })),
-        choice("Colors", COLORS, (name) => set({ channels: name === "channels" }))),
+        choice("Values", VALUES, (name) => this.set({ cosine: name === "cosine" })),
+        choice("Scale", Object.entries(SCALES).map(([name, { title }]) => [name, title]), (scale) => this.set({ scale })),
+        choice("Colors", COLORS, (name) => this.set({ channels: name === "channels" }))),
       this.table);
     const facts = { className: "handle", type: "button", title: HELP, "aria-label": "Light", hidden: true };
     this.handle = made("button", facts);
@@ -180,11 +179,13 @@ export class Lobes extends Mode {
 
   // A range of degrees with its number; `change` is called with radians.
   angle(name, title, min, max, change) {
-    const input = made("input", { type: "range", min, max, step: "any", "aria-label": title }), output = made("output");
-    input.addEventListener("input", () => this.page.attempt(() => change(Number(input.value) * DEGREE)));
+    const label = range(title, [min, max, "any", 0], (degrees) => change(degrees * DEGREE)), output = made("output");
+    const input = label.lastChild;
+    input.setAttribute("aria-label", title);
     keyed(input, { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }, (step) =>
-      this.page.attempt(() => change((Math.round(Number(input.value)) + step) * DEGREE)));
+      attempt(() => change((Math.round(Number(input.value)) + step) * DEGREE)));
     this.inputs[name] = { input, output };
-    return made("label", {}, title, input, output);
+    label.append(output);
+    return label;
   }
 }

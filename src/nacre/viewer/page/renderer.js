@@ -5,7 +5,7 @@
 // {glsl, textures}: functions material_eval, material_sample and material_pdf, and the textures that
 // they fetch from, by name.
 
-import { tables } from "./light.js";
+import { pixelsOf, tables } from "./light.js";
 import { moved } from "./sequence.js";
 import { FRAMES, LIT, POINTS, SHOWN, SPHERE, VALUES } from "./shaders.js";
 import { SHAPES } from "./shapes.js";
@@ -51,9 +51,10 @@ export class Renderer extends Context {
     if (Object.keys(scene).some((name) => name !== "exposure" && name !== "ground")) this.restart();
   }
 
-  light(pixels, width, height) {
-    const { gl } = this, { texels, toward, radiance, edge } = tables(pixels, width, height);
-    for (const texture of Object.values(this.environment ?? {})) gl.deleteTexture(texture);
+  // Light the scene by an environment of the page, whose parts are `bytes`.
+  light({ part, width, height }, bytes) {
+    const { texels, toward, radiance, edge } = tables(pixelsOf(bytes(part)), width, height);
+    for (const texture of Object.values(this.environment ?? {})) this.gl.deleteTexture(texture);
     this.environment = {
       texels: this.texture([width, height], texels),
       toward: this.texture([edge, edge], toward),

@@ -1,7 +1,7 @@
 // The mode that shows what lies between materials: a map of them, and codes decoded as they are needed.
 
 import { Decoder } from "./decoder.js";
-import { button, element, made } from "./dom.js";
+import { attempt, button, element, made } from "./dom.js";
 import { Look } from "./look.js";
 import { Map2d, weightsAt } from "./map.js";
 import { bytesOf, handOver } from "./save.js";
@@ -28,11 +28,9 @@ export class Space extends Look {
     this.places = space.materials.map((_, k) => [values[2 * k], values[2 * k + 1]]);
     const materials = space.materials.map((index) => ({ name: list[index].name, picture: page.shelf.picture(index) }));
     this.map = new Map2d(this.places, materials, space.edge,
-      (place) => page.attempt(() => this.go(place)),
-      (k) => page.attempt(() => page.choose(space.materials[k])));
+      (place) => attempt(() => this.go(place)), (k) => attempt(() => page.choose(space.materials[k])));
     this.parts = made("ul", { className: "parts" });
-    const save = button("Save this material", () => page.attempt(() => this.save()));
-    const keep = button("Put it on the shelf", () => page.attempt(() => this.keep()));
+    const save = button("Save this material", () => this.save()), keep = button("Put it on the shelf", () => this.keep());
     this.panel.append(this.map.svg, this.parts, made("div", { className: "buttons" }, save, keep),
       made("p", { className: "quiet small" }, `Every place stands for ${this.decoder.codeDim} numbers, mixed from those of the materials \
 around it and decoded to a network here. At a material that is close to it, not the same.`));
@@ -64,7 +62,9 @@ around it and decoded to a network here. At a material that is close to it, not 
     return this.page.materials.list[this.space.materials[k]].name;
   }
 
+  // Make the material of the place, unless it is there.
   decode() {
+    if (!this.old) return;
     const { page } = this;
     this.old = false;
     this.file = this.decoder.network(this.decoder.mixed(this.weights), this.name);
@@ -87,17 +87,17 @@ around it and decoded to a network here. At a material that is close to it, not 
   }
 
   draw() {
-    if (this.old) this.decode();
+    this.decode();
     return super.draw();
   }
 
   save() {
-    if (this.old) this.decode();
+    this.decode();
     handOver(this.name, bytesOf(this.file));
   }
 
   keep() {
-    if (this.old) this.decode();
+    this.decode();
     const { name, file } = this;
     this.page.add({ name, group: "From the map", known: {}, forms: [{ label: "Network", known: {}, network: file }] });
   }

@@ -30,23 +30,23 @@ export class Textures extends Mode {
   }
 
   build() {
-    const { page, textured } = this, say = (change) => page.attempt(change);
+    const { page, textured } = this;
     this.buttons = this.held.map(({ thumbnail, name }, k) => {
       const inside = [made("img", { src: page.shelf.packed(thumbnail), alt: "" }), made("span", {}, name)];
-      return button(inside, () => say(() => this.choose(k)), { className: "material", "aria-pressed": "false" });
+      return button(inside, () => this.choose(k), { className: "material", "aria-pressed": "false" });
     });
     this.light = choice("Lamp", [["still", "Still"], ["circle", "Around"], ["sweep", "From side to side"]], (path) => this.follow(path));
-    this.depth = range("Relief", [0, 2, 0.05, 1], (depth) => say(() => textured.change({ depth })));
+    this.depth = range("Relief", [0, 2, 0.05, 1], (depth) => textured.change({ depth }));
     this.known = made("dl");
     this.name = made("h2");
     this.panel.append(
       this.name,
       made("div", { className: "group", role: "group", "aria-label": "Textures" }, ...this.buttons),
       made("div", { className: "settings" },
-        choice("Surface", SHAPES, (shape) => say(() => textured.change({ shape }))),
+        choice("Surface", SHAPES, (shape) => textured.change({ shape })),
         this.light,
-        range("Repeats", [1, 16, 1, 1], (repeats) => say(() => textured.change({ repeats }))),
-        range("Zoom", [1, 8, 0.1, 1.3], (zoom) => say(() => textured.change({ zoom }))),
+        range("Repeats", [1, 16, 1, 1], (repeats) => textured.change({ repeats })),
+        range("Zoom", [1, 8, 0.1, 1.3], (zoom) => textured.change({ zoom })),
         this.depth),
       this.known,
     );

@@ -5,7 +5,6 @@
 // to the one that is being refined.
 
 import { made } from "./dom.js";
-import { pixelsOf } from "./light.js";
 import { Renderer } from "./renderer.js";
 import { SHAPES } from "./shapes.js";
 import { Turning, dragged } from "./turning.js";
@@ -81,7 +80,7 @@ class Studio {
   draw(view) {
     const { renderer } = this, other = this.current !== view;
     if (renderer.size.some((length) => length !== view.size)) renderer.resize(view.size, view.size);
-    if (this.light !== view.light) renderer.light(...(this.light = view.light));
+    if (this.light !== view.light) renderer.light((this.light = view.light), view.bytes);
     const material = view.material(renderer);
     if (other || this.material !== material) renderer.show((this.material = material));
     renderer.change(other ? view.scene : view.changes);
@@ -176,8 +175,7 @@ export class View {
     const names = [...this.environments.map((each) => each.name), LAMP], name = text || names[0];
     const found = this.environments.find((each) => each.name === name);
     if (!found && name !== LAMP) throw new Error(`light "${name}" is none of ${names.join(", ")}`);
-    const { part, width, height } = found ?? this.environments[0];
-    this.light = [pixelsOf(this.bytes(part)), width, height];
+    this.light = found ?? this.environments[0];
     this.words[2] = name;
     return found ? { surroundings: 1, irradiance: [0, 0, 0] } : { surroundings: 0, irradiance: [Math.PI, Math.PI, Math.PI] };
   }
