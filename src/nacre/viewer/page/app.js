@@ -14,10 +14,9 @@ import { Textures } from "./textures.js";
 
 // In the order of their tabs.
 //
-// A mode has a title, a panel (an element beside the picture), available() (whether the page holds
-// something for it), open(), close(), changed() (another material or form is chosen), draw() (what is
-// new, on the picture; returns a word on its state), and, if it wants, lit(change) (the scene changed).
-// One that needs no material has a static alone, true.
+// A mode has a title, a panel (an element beside the picture), a static available(page) (whether the page
+// holds something for it), open(), close(), changed() (another material or form is chosen), draw() (what
+// is new, on the picture; returns a word on its state), and, if it wants, lit(change) (the scene changed).
 const MODES = [Look, Compare, Lobes, Space, Textures];
 
 export class Page {
@@ -31,11 +30,11 @@ export class Page {
     this.loop();
   }
 
-  // Offer the modes that have something to show: without materials, those that show something else.
+  // Offer the modes that have something to show.
   start() {
     const [first] = this.materials.list;
     Object.assign(this, { chosen: first, form: first?.forms[0] });
-    this.modes = MODES.filter((Mode) => first || Mode.alone).map((Mode) => new Mode(this)).filter((mode) => mode.available());
+    this.modes = MODES.filter((Mode) => Mode.available(this)).map((Mode) => new Mode(this));
     const { notice } = this.facts;
     element("notice").hidden = !notice;
     element("notice").lastElementChild.textContent = notice ?? "";
@@ -76,7 +75,7 @@ export class Page {
     mode.open();
   }
 
-  // Show a material of the shelf, in a form of it.
+  // Show a material on the shelf in one of its forms.
   choose(k, form = 0) {
     const chosen = this.materials.list[k];
     this.materials.shown(chosen.forms[form]);
@@ -86,7 +85,6 @@ export class Page {
     this.mode.changed();
   }
 
-  // Add a material to the shelf and choose it.
   add(material) {
     this.materials.list.push(material);
     this.shelf.add(material);
@@ -110,7 +108,7 @@ export class Page {
     this.mode?.lit?.(change);
   }
 
-  // Frames are drawn while the last are done: a queue of them would freeze the page.
+  // A frame is drawn once the last one is done: a queue of them would freeze the page.
   loop() {
     if (this.renderer.done()) {
       const status = this.mode.draw();

@@ -1,4 +1,4 @@
-// The mode that holds one material against another: in pictures, and in the numbers of nacre compare.
+// The mode that compares two materials: in pictures, and in the numbers of nacre compare.
 
 import { fit, RAMP, view, VIEWS } from "./compare_view.js";
 import { attempt, button, choice, element, keyed, made, pressed, range } from "./dom.js";
@@ -82,8 +82,8 @@ export class Compare extends Mode {
     return this.pairs.findIndex((pair) => pair.form === form);
   }
 
-  // The material or form of the page is another one. What it is held against stays, unless that was
-  // another form of the material before, or is this one.
+  // The page shows another material or form. What it is compared with stays, unless that was another
+  // form of the material before, or is this one.
   changed() {
     const { page } = this, { form, chosen } = page;
     if (this.pairs?.length !== page.materials.list.flatMap(({ forms }) => forms).length) this.list();
@@ -93,8 +93,8 @@ export class Compare extends Mode {
     else this.against(this.partner(within ? held : undefined, before));
   }
 
-  // What the reference is held against first: another form of it, like what was held before; else the
-  // reference before, or the next on the shelf.
+  // What to compare the reference with first: another form of it, like the one before; otherwise the
+  // reference before, or the next material on the shelf.
   partner(like, before) {
     const { reference, pairs } = this;
     const others = pairs.filter(({ material, form }) => material === reference.material && form !== reference.form);
@@ -154,7 +154,7 @@ export class Compare extends Mode {
     element("picture").setAttribute("aria-label", `${words[0]} beside ${words[1]}; arrow keys turn them`);
   }
 
-  // The scene has changed: what was found of it no longer holds.
+  // The scene has changed: its numbers no longer hold.
   lit() {
     const { protocol, here } = this.measured;
     this.measured = { protocol, since: performance.now() };
@@ -162,7 +162,7 @@ export class Compare extends Mode {
     if (here) this.said();
   }
 
-  // One frame where it is of use; maps and numbers when frames have grown fourfold.
+  // One more frame if it helps; maps and numbers whenever there are four times as many frames.
   draw() {
     const { renderer } = this.page, { size, scene } = renderer;
     if (`${this.flip?.size}` !== `${size}`) {
@@ -192,7 +192,7 @@ export class Compare extends Mode {
     return state(renderer.frames);
   }
 
-  // Find numbers of what is drawn by now, some at a time: the page waits for them.
+  // Find some of the numbers for what is drawn so far; the page waits for them.
   count() {
     const { measured, flip } = this;
     if (measured.drawn) {
@@ -203,7 +203,6 @@ export class Compare extends Mode {
     this.said();
   }
 
-  // The numbers, in words.
   said() {
     const { here, protocol } = this.measured;
     const row = (label, ...values) =>
@@ -220,7 +219,6 @@ export class Compare extends Mode {
   }
 }
 
-// Four digits.
 function said(value) {
   if (value === undefined) return "…";
   if (!Number.isFinite(value)) return "∞";

@@ -32,7 +32,7 @@ export class Controls {
     this.move(this.lamp.x, this.lamp.y);
   }
 
-  // Call with pixels across and down as something is dragged or arrow keys are pressed.
+  // Turning's `dragged`, with errors shown.
   dragged(target, change) {
     dragged(target, (across, down) => attempt(() => change(across, down)));
   }
@@ -47,7 +47,7 @@ export class Controls {
     this.page.scene({ surroundings: k === "none" ? 0 : 1 });
   }
 
-  // A white surface below the lamp has radiance `strength` at the middle of the shape.
+  // A white surface at the middle of the shape that faces the lamp has the radiance `strength`.
   shine(strength) {
     this.handle.hidden = strength === 0;
     this.page.scene({ irradiance: Array(3).fill(Math.PI * strength * DISTANCE ** 2) });

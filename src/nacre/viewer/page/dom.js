@@ -12,13 +12,13 @@ export function made(tag, facts = {}, ...inside) {
   return found;
 }
 
-// Show what fails; "" once nothing does.
+// Show an error; "" hides it.
 export function say(text) {
   element("trouble").hidden = !text;
   element("trouble").textContent = text;
 }
 
-// Do something; what fails is said, and the page goes on. What is done in time is waited for.
+// Do something, or wait for it; an error is shown, and the page goes on.
 export async function attempt(change) {
   say("");
   try {
@@ -35,7 +35,7 @@ export function button(label, press, facts = {}) {
   return found;
 }
 
-// Call with what `steps` has for a key that is pressed on an element.
+// Call with the entry of `steps` for a key that is pressed on an element.
 export function keyed(target, steps, change) {
   target.addEventListener("keydown", (e) => {
     if (!(e.key in steps) || e.altKey || e.ctrlKey || e.metaKey) return;
@@ -44,8 +44,8 @@ export function keyed(target, steps, change) {
   });
 }
 
-// Call with each event of a pointer that moves after it was pressed on an element; `begin` is called
-// with the press, and may give false to let it pass.
+// Call with the events of a pointer that moves after it was pressed on an element. `begin` is called
+// with the press; it may return false to ignore it.
 export function held(target, move, begin = () => true) {
   target.addEventListener("pointerdown", (e) => {
     if (begin(e) !== false) target.setPointerCapture(e.pointerId);
@@ -65,13 +65,12 @@ export function placeIn(target, { clientX, clientY }) {
 export const pressed = (buttons, chosen) =>
   buttons.forEach((each, k) => each.setAttribute("aria-pressed", `${k === chosen}`));
 
-// Terms and what is said of them, for a <dl>.
+// Terms and their descriptions, for a <dl>.
 export const listed = (facts) =>
   Object.entries(facts).flatMap(([key, value]) => [made("dt", {}, key), made("dd", {}, value)]);
 
 const SVG = "http://www.w3.org/2000/svg";
 
-// An SVG element with attributes and what is inside.
 export function drawn(tag, facts = {}, ...inside) {
   const found = document.createElementNS(SVG, tag);
   attributes(found, facts);

@@ -1,4 +1,4 @@
-// Files that are dropped onto the page, or chosen with a button: each becomes a material of the shelf.
+// Files that are dropped onto the page, or chosen with a button: each becomes a material on the shelf.
 
 import { attempt, button, element, made } from "./dom.js";
 import { ENDINGS, Reading } from "./files.js";
@@ -43,7 +43,7 @@ export class Drop {
     });
   }
 
-  // Read files one after another, behind those that are being read; resolves when all are done.
+  // Read files one after another, after those that are being read; resolves when all are done.
   open(files) {
     this.last = this.last.then(() => attempt(() => this.all(files)));
     return this.last;
@@ -68,14 +68,14 @@ export class Drop {
   add({ name, known, network, table }) {
     const { page } = this;
     const form = { label: table ? "Measured" : "Network", known: {}, network, table };
-    // What cannot be drawn does not come onto the shelf.
+    // A material that cannot be drawn is not added to the shelf.
     const picture = thumbnail(page.renderer, page.materials.shown(form));
     page.add({ name: name.slice(0, LONGEST), group: GROUP, known, forms: [form], picture });
   }
 }
 
-// The sphere in a material {glsl, textures} under the environment that is chosen, as a data: address.
-// The renderer is left with this material, and begins anew.
+// A sphere with a material {glsl, textures} under the chosen environment, as a data: address. The
+// renderer keeps this material, and starts again.
 function thumbnail(renderer, material) {
   const { size } = renderer, scene = { ...renderer.scene };
   try {

@@ -1,6 +1,6 @@
-// The mode that shows where a material reflects light to: in the plane of incidence, and all around.
+// The mode that shows where a material reflects light: in the plane of incidence, and all around.
 //
-// Directions are of the material's own frame, +z its normal. The light has a polar angle and an
+// Directions are in the material's own frame, +z its normal. The light has a polar angle and an
 // azimuth; in the plane of incidence views have an angle from the normal, positive on the side of the
 // mirror direction, as in nacre.figures.lobes.
 
@@ -52,7 +52,7 @@ export class Lobes extends Mode {
     const facts = { className: "handle", type: "button", title: HELP, "aria-label": "Light", hidden: true };
     this.handle = made("button", facts);
     element("frame").append(this.handle);
-    // Which way "right" and "down" lead is settled as a drag starts: the light may pass the rim.
+    // The start of a drag decides where "right" and "down" lead: the light may pass the rim.
     for (const start of ["pointerdown", "keydown"]) this.handle.addEventListener(start, () => (this.ways = this.waysNow()));
     page.controls.dragged(this.handle, (across, down) => {
       const reach = element("picture").getBoundingClientRect().width / 2, [right, below] = this.ways;
@@ -111,7 +111,7 @@ export class Lobes extends Mode {
     return "";
   }
 
-  // Reflectance in the plane and at the nodes of the hemisphere, in one go.
+  // Reflectance in the plane and at the nodes of the hemisphere, in one call.
   measure() {
     const { light: { theta, phi }, page: { renderer } } = this;
     const angles = Float64Array.from([this.view, ...anglesOf(theta)]), around = nodes(theta, phi + Math.PI);
@@ -130,7 +130,7 @@ export class Lobes extends Mode {
     this.scaled();
   }
 
-  // What is plotted of measured values.
+  // Plot what was measured, as the settings say.
   scaled() {
     const { settings: { scale, cosine, channels }, light, view, plane, around } = this;
     const weighed = (rgb, cosines) => (cosine ? rgb.map((f, k) => f * cosines(Math.floor(k / 3))) : rgb);

@@ -10,12 +10,12 @@ export const state = (frames, whole = CONVERGED) => (frames < whole ? `${Math.ro
 
 // What modes share: see app.js.
 export class Mode {
-  constructor(page, title, panel = made("div")) {
-    Object.assign(this, { page, title, panel });
+  static available(page) {
+    return page.materials.list.length > 0;
   }
 
-  available() {
-    return true;
+  constructor(page, title, panel = made("div")) {
+    Object.assign(this, { page, title, panel });
   }
 
   open() {
@@ -34,13 +34,13 @@ export class Look extends Mode {
     super(page, title);
   }
 
-  // The material or what it is shown on has changed.
+  // The material has changed.
   changed() {
     const { page } = this;
     page.renderer.show(page.materials.shown(page.form));
   }
 
-  // One frame where it is of use; a word on how far the picture is.
+  // One more frame if it helps; returns a word on how far the picture is.
   draw() {
     const { renderer } = this.page;
     if (renderer.frames < LAST) renderer.frame();

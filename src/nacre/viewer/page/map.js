@@ -6,9 +6,9 @@ const EDGE = 300, NEIGHBORS = 6, STEP = 0.02;
 const HELP = "Place on the map: drag it, or move it with the arrow keys";
 const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
-// How much each of the nearest materials has in a place, as pairs of its number and a weight; weights
-// sum to 1. Those of Franke and Little (see Franke 1982): at a material it is all, and a neighbor that
-// comes or goes has nothing, so nothing jumps.
+// How much each of the nearest materials contributes at a place, as pairs of its index and a weight; weights
+// sum to 1. They are those of Franke and Little (see Franke 1982): 1 at a material, and 0 for a neighbor
+// that is just gained or lost, so that nothing jumps.
 export function weightsAt(places, [x, y]) {
   const near = places.map(([a, b], k) => [k, Math.hypot(a - x, b - y)]).sort((a, b) => a[1] - b[1]);
   if (near[0][1] < 1e-6) return [[near[0][0], 1]];

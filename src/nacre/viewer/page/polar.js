@@ -7,7 +7,7 @@ const SPOKES = [-90, -60, -30, 0, 30, 60, 90];
 const APART = 0.24; // smallest distance of two rings, in radii
 const DECADES = 3;
 
-// What radius is a part of the peak given: from 0 at 0 to 1 at 1.
+// The radius for a fraction of the peak: 0 at 0 and 1 at 1.
 export const SCALES = {
   log: { title: `Log, ${DECADES} decades`, of: (t) => Math.log1p((10 ** DECADES - 1) * t) / Math.log(10 ** DECADES) },
   linear: { title: "Linear", of: (t) => t },

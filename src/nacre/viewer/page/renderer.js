@@ -63,7 +63,7 @@ export class Renderer extends Context {
     this.restart();
   }
 
-  // What is drawn: one material, or several, each in a picture of its own.
+  // Draw these materials from now on, each in a picture of its own.
   show(...materials) {
     const programs = materials.map(({ glsl }) => this.program(WHOLE, LIT(glsl)));
     while (this.pictures.length > materials.length) this.pictures.pop().sums.forEach((each) => this.free(each));
@@ -73,7 +73,6 @@ export class Renderer extends Context {
     this.restart();
   }
 
-  // One frame more of each picture.
   frame() {
     const { scene, size: [width, height] } = this, { lamp, irradiance, rotation, surroundings } = scene;
     const shift = moved(scene.still ? 0 : this.frames);
@@ -113,7 +112,7 @@ export class Renderer extends Context {
     this.fill(null, this.program(WHOLE, SHOWN), { sums: picture.latest.textures[0], exposure, ground, backing, count: this.drawn });
   }
 
-  // Whether all that was asked for is drawn; `mark` asks anew.
+  // Whether everything before the last `mark` is drawn.
   done() {
     const { gl } = this;
     if (this.fence) {

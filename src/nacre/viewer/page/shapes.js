@@ -8,7 +8,6 @@ export function grid(columns, rows, point) {
   return { vertices, indices: triangles(columns, rows), columns, rows };
 }
 
-// Two triangles a cell.
 export function triangles(columns, rows) {
   const indices = [];
   for (let j = 0; j < rows; j++)

@@ -11,18 +11,13 @@ const NAMED = 3; // materials that a mixture is named after
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render/i; // renderers that are slow to read uniforms
 
 export class Space extends Look {
+  static available(page) {
+    return Boolean(page.facts.space);
+  }
+
   constructor(page) {
     super(page, "Space");
-    this.space = page.facts.space;
-    if (this.space) this.build();
-  }
-
-  available() {
-    return Boolean(this.space);
-  }
-
-  build() {
-    const { page, space } = this, { list } = page.materials;
+    const space = (this.space = page.facts.space), { list } = page.materials;
     this.decoder = new Decoder(readTensors(page.bytes(space.part).buffer));
     const { values } = this.decoder.tensors.places;
     this.places = space.materials.map((_, k) => [values[2 * k], values[2 * k + 1]]);
@@ -36,7 +31,7 @@ export class Space extends Look {
 around it and decoded to a network here. At a material that is close to it, not the same.`));
   }
 
-  // A material of the shelf is chosen: go there, or show it as it is where it is not on the map.
+  // Another material is chosen: go there, or show it as it is if it is not on the map.
   changed() {
     const k = this.space.materials.indexOf(this.page.materials.list.indexOf(this.page.chosen));
     if (k >= 0) return this.go(this.places[k]);
@@ -62,7 +57,7 @@ around it and decoded to a network here. At a material that is close to it, not 
     return this.page.materials.list[this.space.materials[k]].name;
   }
 
-  // Make the material of the place, unless it is there.
+  // Decode the material at the place, unless this is done.
   decode() {
     if (!this.old) return;
     const { page } = this;

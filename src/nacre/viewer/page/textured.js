@@ -59,7 +59,6 @@ export class Textured {
     return texture;
   }
 
-  // Show a texture that is loaded.
   show(texture) {
     Object.assign(this, { texture, frames: 0 });
   }
@@ -86,7 +85,6 @@ export class Textured {
     return [across, (across * height * aspect) / width];
   }
 
-  // One frame more.
   frame() {
     const { context, texture: { facts, levels, weights, functions, relief }, view, formulas } = this;
     const { gl, scene, size } = context, shape = this.shape();
@@ -120,7 +118,6 @@ export class Textured {
     Object.assign(this, { size: [...size], one: context.target(1, size, true), sums: context.pair(), frames: 0 });
   }
 
-  // Show the sum on the canvas.
   present() {
     const { context } = this, { exposure, ground } = context.scene;
     context.fill(null, context.program(WHOLE, SHOWN), { sums: this.latest.textures[0], exposure, ground, count: this.frames });

@@ -14,23 +14,14 @@ const PATHS = {
 };
 
 export class Textures extends Mode {
-  static alone = true; // shown where there are no materials too
+  static available(page) {
+    return page.facts.textures?.length > 0;
+  }
 
   constructor(page) {
     super(page, "Textures", made("div", { className: "textures" }));
-    Object.assign(this, { path: "still", held: page.facts.textures ?? [] });
-    if (!this.held.length) return;
-    this.read = new Map();
-    this.textured = new Textured(page.renderer, new TextDecoder().decode(page.bytes(page.facts.texture_glsl)));
-    this.build();
-  }
-
-  available() {
-    return this.held.length > 0;
-  }
-
-  build() {
-    const { page, textured } = this;
+    const textured = new Textured(page.renderer, new TextDecoder().decode(page.bytes(page.facts.texture_glsl)));
+    Object.assign(this, { path: "still", held: page.facts.textures, read: new Map(), textured });
     this.buttons = this.held.map(({ thumbnail, name }, k) => {
       const inside = [made("img", { src: page.shelf.packed(thumbnail), alt: "" }), made("span", {}, name)];
       return button(inside, () => this.choose(k), { className: "material", "aria-pressed": "false" });
@@ -50,7 +41,7 @@ export class Textures extends Mode {
         this.depth),
       this.known,
     );
-    // Who takes hold of the lamp takes it off its path.
+    // Moving the lamp by hand takes it off its path.
     for (const event of ["pointerdown", "keydown"]) page.controls.handle.addEventListener(event, (e) => {
       if (e.key === undefined || e.key.startsWith("Arrow")) this.follow("still");
     });
@@ -68,7 +59,7 @@ export class Textures extends Mode {
     this.chosen = k;
   }
 
-  // Let the lamp go on a path from where it is along it now.
+  // Let the lamp move along a path, from where it would be by now.
   follow(path) {
     this.path = path;
     this.light.lastChild.value = path;

@@ -1,8 +1,8 @@
-// A material on a picture of its own, for other people's pages and notebooks.
+// A material in a picture of its own, for other people's pages and notebooks.
 //
-// All pictures of a document are drawn by one renderer, since browsers keep few WebGL contexts. Each
-// frame goes to the picture that was turned last, then to those that show nothing or what was, then
-// to the one that is being refined.
+// One renderer draws all pictures of a document, since browsers keep few WebGL contexts. Each frame
+// goes to the picture that was turned last, then to those that are empty or out of date, then to the
+// one that is being refined.
 
 import { made } from "./dom.js";
 import { Renderer } from "./renderer.js";
@@ -15,7 +15,7 @@ const AREA = 256 ** 2; // pixels up to which a frame may draw more pairs
 const LARGEST = 1024; // pixels along an edge
 const LAMP = "lamp"; // the light that is a lamp alone
 
-// What `set` takes the text of, as attributes and traits are named.
+// What `set` changes, by the names of attributes and traits.
 export const VIEWED = ["shape", "light", "exposure"];
 
 const STYLE = `
@@ -88,7 +88,7 @@ class Studio {
     this.current = view;
     renderer.pairs = Math.min(Math.max(Math.round((2 * AREA) / view.size ** 2), 2), 8);
     if (renderer.drawn < CONVERGED) renderer.frame();
-    // A picture that is begun anew takes the place of the old one when it is no noisier.
+    // A picture that was started again replaces the old one once it is no noisier.
     if (view.stale || renderer.drawn >= view.drawn) {
       renderer.present();
       view.paint(renderer.canvas, renderer.drawn);
@@ -100,7 +100,7 @@ class Studio {
 const studio = new Studio();
 
 export class View {
-  // A picture in the shadow of an element. `facts` and `bytes` are of a page: its environments.
+  // A picture in the shadow of an element, with the environments of a page's `facts` and `bytes`.
   constructor(host, { facts, bytes }) {
     Object.assign(this, { host, bytes, environments: facts.environments, troubles: {} });
     const turning = new Turning();
@@ -146,7 +146,7 @@ export class View {
     this.touch({});
   }
 
-  // Set the shape, the light or the exposure as text; what is none is said, and what was stays.
+  // Set the shape, the light or the exposure from text; what is unknown is reported, and the old one stays.
   set(name, text) {
     this.say(name, "");
     try {
@@ -180,7 +180,7 @@ export class View {
     return found ? { surroundings: 1, irradiance: [0, 0, 0] } : { surroundings: 0, irradiance: [Math.PI, Math.PI, Math.PI] };
   }
 
-  // Show by its name what a function of a renderer gives; nothing where that is null.
+  // Show the material that a function of a renderer returns, under a name; nothing if it is null.
   show(read, name = "") {
     Object.assign(this, { read, context: null });
     this.words[0] = name;
@@ -201,7 +201,7 @@ export class View {
     this.canvas.setAttribute("aria-label", text || (name ? `${name}, ${shape}, light ${light}` : "No material"));
   }
 
-  // Say what fails, by the name of what does; "" once it does not.
+  // Report what fails, by name; "" once it no longer does.
   say(name, text) {
     this.troubles[name] = text;
     this.trouble.textContent = Object.values(this.troubles).filter(Boolean).join("; ");
@@ -209,7 +209,6 @@ export class View {
     if (text) this.host.dispatchEvent(new CustomEvent("error", { detail: text }));
   }
 
-  // Change the scene.
   touch(change) {
     Object.assign(this.scene, change);
     Object.assign(this.changes, change);

@@ -23,7 +23,7 @@ export class Context {
     return this.linkedPrograms.get(key);
   }
 
-  // Give back a program that is not needed again.
+  // Free a program that is not needed again.
   forget(program) {
     const { gl } = this;
     for (const [key, known] of this.linkedPrograms) if (known === program) this.linkedPrograms.delete(key);
@@ -53,7 +53,7 @@ export class Context {
   }
 
   // Use a program with values for its uniforms: numbers, lists of them (of vectors too), or textures.
-  // What it does not have is passed over.
+  // Values that it has no uniform for are ignored.
   use({ program, uniforms }, values) {
     const { gl } = this;
     gl.useProgram(program);
@@ -133,7 +133,7 @@ export class Context {
     textures.forEach((_, k) => gl.clearBufferfv(gl.COLOR, k, [0, 0, 0, 0]));
   }
 
-  // What is drawn next goes to a target, or to the canvas where it is null.
+  // Draw next to a target, or to the canvas if it is null.
   aim(target) {
     const { gl, canvas } = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, target?.buffer ?? null);
@@ -177,7 +177,7 @@ export class Context {
     return { array, count: indices.length, buffer };
   }
 
-  // Begin a target with a depth anew, in a color.
+  // Clear a target that has a depth to a color, and draw to it next.
   begin(target, color = [0, 0, 0, 0]) {
     const { gl } = this;
     this.aim(target);
@@ -186,7 +186,7 @@ export class Context {
     gl.enable(gl.DEPTH_TEST);
   }
 
-  // Draw a mesh on what is begun.
+  // Draw a mesh on the target that `begin` cleared.
   meshed(program, values, { array, count }) {
     const { gl } = this;
     this.use(program, values);
