@@ -32,7 +32,7 @@ export class Controls {
     this.move(this.lamp.x, this.lamp.y);
   }
 
-  // Turning's `dragged`, with errors shown.
+  // The same as `dragged` in turning.js, with errors shown.
   dragged(target, change) {
     dragged(target, (across, down) => attempt(() => change(across, down)));
   }

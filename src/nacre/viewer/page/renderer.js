@@ -74,22 +74,31 @@ export class Renderer extends Context {
   }
 
   frame() {
-    const { scene, size: [width, height] } = this, { lamp, irradiance, rotation, surroundings } = scene;
-    const shift = moved(scene.still ? 0 : this.frames);
-    this.place({ turn: scene.turn, shift: [(2 * shift[0]) / width, (2 * shift[1]) / height], scale: SCALE });
+    const { turn, lamp, irradiance, rotation, surroundings } = this.scene;
+    this.place({ turn, shift: this.shift(this.frames), scale: SCALE });
     const [normals, tangents, points] = this.points.textures;
     const pairs = this.frames ? this.pairs : 1;
     for (const picture of this.pictures) {
-      const [before, after] = this.frames % 2 ? picture.sums : [...picture.sums].reverse();
-      if (!this.frames) this.clear(before);
-      this.fill(after, picture.program, {
-        before: before.textures[0], normals, tangents, points, ...this.environment, ...picture.textures,
+      picture.latest = this.added(picture.sums, this.frames, picture.program, {
+        normals, tangents, points, ...this.environment, ...picture.textures,
         drawn: this.drawn, pairs, rotation, lamp, irradiance, surroundings,
       });
-      picture.latest = after;
     }
     this.frames += 1;
     this.drawn += pairs;
+  }
+
+  // By how much a frame's points are moved, in halves of the picture.
+  shift(frame) {
+    return moved(this.scene.still ? 0 : frame).map((x, k) => (2 * x) / this.size[k]);
+  }
+
+  // Draw a frame with a program that adds it to what is `before`; returns which of the two sums has it.
+  added(sums, frame, program, values) {
+    const [before, after] = frame % 2 ? sums : [...sums].reverse();
+    if (!frame) this.clear(before);
+    this.fill(after, program, { before: before.textures[0], ...values });
+    return after;
   }
 
   // Draw the points of the shape; the sphere's are exact.
@@ -105,11 +114,11 @@ export class Renderer extends Context {
     this.meshed(this.program(POINTS, FRAMES), values, this.shapes.get(shape));
   }
 
-  // Show a picture on the canvas, which is then no longer stale.
-  present(picture = this.pictures[0]) {
+  // Show a sum on the canvas, which is then no longer stale; `count` is its sum where it is opaque.
+  present(sum = this.pictures[0].latest, count = this.drawn) {
     const { exposure, ground, backing } = this.scene;
     this.stale = false;
-    this.fill(null, this.program(WHOLE, SHOWN), { sums: picture.latest.textures[0], exposure, ground, backing, count: this.drawn });
+    this.fill(null, this.program(WHOLE, SHOWN), { sums: sum.textures[0], exposure, ground, backing, count });
   }
 
   // Whether everything before the last `mark` is drawn.

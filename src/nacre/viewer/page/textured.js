@@ -6,8 +6,6 @@
 
 import { EDGE, LAID } from "./laid.js";
 import { SCALE } from "./renderer.js";
-import { moved } from "./sequence.js";
-import { SHOWN } from "./shaders.js";
 import { ADDED, TEXELS, VERTICES } from "./texture_shaders.js";
 import { WHOLE } from "./webgl.js";
 
@@ -87,13 +85,12 @@ export class Textured {
 
   frame() {
     const { context, texture: { facts, levels, weights, functions, relief }, view, formulas } = this;
-    const { gl, scene, size } = context, shape = this.shape();
+    const { gl, scene, size } = context, shape = this.shape(), aspect = facts.width / facts.height;
     if (`${this.size}` !== `${size}`) this.resize(size);
     const program = context.program(VERTICES(facts, formulas), TEXELS(facts, formulas));
-    const aspect = facts.width / facts.height, shift = moved(scene.still ? 0 : this.frames);
     const { bottom, top } = facts.relief ?? { bottom: 0, top: 0 };
     const values = {
-      turn: scene.turn, shift: shift.map((x, k) => (2 * x) / size[k]), scale: SCALE * view.zoom,
+      turn: scene.turn, shift: context.shift(this.frames), scale: SCALE * view.zoom,
       cells: shape.cells, repeats: this.repeats(shape, aspect), lamp: scene.lamp, irradiance: scene.irradiance,
       functions, weights, levels, relief, aspect, field: [bottom * view.depth, top * view.depth, view.depth],
       function_low: facts.scales.functions.low, function_step: facts.scales.functions.step,
@@ -106,20 +103,14 @@ export class Textured {
       context.meshed(program, { ...values, side }, shape);
     }
     gl.disable(gl.CULL_FACE);
-    const [before, after] = this.frames % 2 ? this.sums : [...this.sums].reverse();
-    if (!this.frames) context.clear(before);
-    context.fill(after, context.program(WHOLE, ADDED), { before: before.textures[0], one: this.one.textures[0] });
-    this.latest = after;
+    const one = this.one.textures[0];
+    this.latest = context.added(this.sums, this.frames, context.program(WHOLE, ADDED), { one });
     this.frames += 1;
   }
+
   resize(size) {
     const { context } = this;
     if (this.size) [this.one, ...this.sums].forEach((target) => context.free(target));
     Object.assign(this, { size: [...size], one: context.target(1, size, true), sums: context.pair(), frames: 0 });
-  }
-
-  present() {
-    const { context } = this, { exposure, ground } = context.scene;
-    context.fill(null, context.program(WHOLE, SHOWN), { sums: this.latest.textures[0], exposure, ground, count: this.frames });
   }
 }

@@ -91,7 +91,7 @@ export class Textures extends Mode {
     if (this.path !== "still") page.controls.move(...PATHS[this.path]((2 * Math.PI * (now % PERIOD)) / PERIOD));
     const moving = textured.frames === 0;
     if (textured.frames < CONVERGED) textured.frame();
-    textured.present();
+    page.renderer.present(textured.latest, textured.frames);
     while (times.length && times[0] < now - 1) times.shift();
     if (moving) times.push(now);
     if (this.path !== "still") return times.length > 1 ? `${Math.round((times.length - 1) / (times.at(-1) - times[0]))} pictures a second` : "";
