@@ -20,7 +20,7 @@ DRAWN = """([index, wo, u]) => {
   const { renderer, materials } = window.page, { gl } = renderer;
   const { glsl } = materials.shown(materials.list[index].forms[0]), count = wo.length / 4;
   const held = [wo, u].map((values) =>
-    renderer.texture(gl.RGBA32F, count, 1, new Float32Array(values)));
+    renderer.texture([count, 1], new Float32Array(values)));
   const target = renderer.target(1, [count, 1]);
   const head = "#version 300 es\\nprecision highp float;\\n";
   const program = renderer.program(

@@ -189,7 +189,7 @@ function shaderMaterial(THREE, parameters, values, textures) {
 function nodeMaterial(THREE, parameters, values, textures) {
   const {
     Fn, If, Loop, abs, bitangentView, bool, cameraWorldMatrix, code, cross, dFdx, dFdy, dot, equirectUV,
-    float, fract, glslFn, log2, mat3, nodeObject, normalView, positionViewDirection, select, tangentView, texture,
+    float, fract, glslFn, log2, mat3, nodeObject, normalView: normal, positionViewDirection, select, tangentView, texture,
     textureSize, uniform, uv, vec2, vec3, wgslFn,
   } = THREE.TSL;
   const slots = {
@@ -214,20 +214,14 @@ function nodeMaterial(THREE, parameters, values, textures) {
         : glslFn(`${type(count)} ${label}_(${head}) { return ${label}(${names}); }`, source);
       return arrayed.length ? (...given) => nodeObject(new Reading(run(...given))) : run;
     };
-    if (!arrayed.length)
-      return {
-        evaluate: declared("NACRE_NAME_eval", 3, { wi: 3, wo: 3 }),
-        draw: declared("NACRE_NAME_sample", 4, { wo: 3, u: 3 }),
-      };
+    const more = arrayed.length ? { here: 3 } : {};
+    const evaluate = declared("NACRE_NAME_eval", 3, { wi: 3, wo: 3, ...more });
+    const draw = declared("NACRE_NAME_sample", 4, { wo: 3, u: 3, ...more });
+    if (!arrayed.length) return { evaluate, draw };
     const begin = declared("NACRE_NAME_at_begin", 3, { uv: 2, along: 2, across: 2, wo: 3 });
-    const evaluate = declared("NACRE_NAME_eval", 3, { wi: 3, wo: 3, here: 3 });
-    const draw = declared("NACRE_NAME_sample", 4, { wo: 3, u: 3, here: 3 });
     const place = uv();
     const here = begin(place, dFdx(place), dFdy(place), wo).toVar();
-    return {
-      evaluate: (wi, wo) => evaluate(wi, wo, here),
-      draw: (wo, u) => draw(wo, u, here),
-    };
+    return { evaluate: (wi, wo) => evaluate(wi, wo, here), draw: (wo, u) => draw(wo, u, here) };
   };
 
   // Functions read arrays by their names, under which three.js declares what is part of a node.
@@ -250,7 +244,6 @@ function nodeMaterial(THREE, parameters, values, textures) {
   }
 
   const surfaceOf = () => {
-    const normal = normalView;
     const axis = select(abs(normal.y).lessThan(0.9), vec3(0, 1, 0), vec3(1, 0, 0));
     const any = cross(axis, normal);
     const along = anisotropic ? tangentView.sub(normal.mul(dot(tangentView, normal))) : any;

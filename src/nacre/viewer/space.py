@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.figures.texel_map import apart
 from nacre.io.tensors import to_bytes
@@ -40,10 +40,9 @@ def add_space(content: Content, entries: Sequence[Entry], *, progress: Progress 
     basis = pretrained_hypernetwork()
     on_map, codes = [], []
     for index, entry in enumerate(entries):
-        code = _code(basis, next(iter(entry.forms.values())))
-        if code is not None:
+        with suppress(NacreError):  # this material has no code
+            codes.append(basis.encode(next(iter(entry.forms.values())), seed=0))
             on_map.append(index)
-            codes.append(code)
         progress("encoding", index + 1, len(entries), entry.name)
     if len(codes) < MIN_CODES:
         return 0
@@ -76,14 +75,6 @@ def places(codes: npt.ArrayLike) -> Floats:
 
 def _edge(count: int) -> float:
     return float(min(_LARGEST, _CROWDED / np.sqrt(count)))
-
-
-def _code(basis: Hypernetwork, brdf: Brdf) -> Floats | None:
-    """The code of a material, or None."""
-    try:
-        return basis.encode(brdf, seed=0)
-    except NacreError:
-        return None
 
 
 def _packed(basis: Hypernetwork, codes: Floats, where: Floats) -> bytes:

@@ -66,8 +66,7 @@ def studio() -> tuple[Any, Any]:
     scene.world = bpy.data.worlds.new("nacre sky")
     if bpy.app.version < (5, 0, 0):
         scene.world.use_nodes = True
-    sky = scene.world.node_tree.nodes.get("Background")
-    sky = sky or _background(scene.world.node_tree)
+    sky = scene.world.node_tree.nodes.get("Background") or _background(scene.world.node_tree)
     sky.inputs["Color"].default_value = 0.3, 0.3, 0.3, 1.0
     for place, power in (((-3.0, 3.0, 4.0), 250.0), ((4.0, 1.0, -2.0), 150.0)):
         lamp = bpy.data.objects.new("light", bpy.data.lights.new("light", "AREA"))

@@ -1,6 +1,5 @@
 """Materials from nodes: closures whose shapes depend on the facing ratio, or Principled."""
 
-from collections.abc import Callable
 from typing import Any
 
 import bpy
@@ -25,7 +24,7 @@ def build(given: NacreMaterial) -> Any:
     tree.nodes.clear()
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     output.location = 300.0, 0.0
-    shader, left_out = _BUILDERS[given.model](tree, given)
+    shader, left_out = (_closures if given.model == "closures" else _principled)(tree, given)
     tree.links.new(shader, output.inputs["Surface"])
     describe(material, given, left_out)
     return material
@@ -110,16 +109,8 @@ def _lobe_group() -> Any:
     for group in bpy.data.node_groups:
         if group.name.startswith(_LOBE) and group.get(PROPERTY) == 1 and not group.library:
             return group
-    group = _new_group(
-        _LOBE,
-        {
-            "Color": "Color",
-            "Along": "Float",
-            "Across": "Float",
-            "Bend": "Float",
-            "Normal": "Vector",
-        },
-    )
+    numbers = dict.fromkeys(("Along", "Across", "Bend"), "Float")
+    group = _new_group(_LOBE, {"Color": "Color", **numbers, "Normal": "Vector"})
     group[PROPERTY] = 1
     nodes = _Nodes(group)
     given = nodes.new("NodeGroupInput", 0, 1).outputs
@@ -248,12 +239,3 @@ def _viewport(given: NacreMaterial) -> list[float]:
         return [row[0] for row in values["base_color"]]
     colors = [values["diffuse"], *(values[f"color{k}"] for k in range(1, LOBES + 1))]
     return [min(sum(rows[channel][-1] for rows in colors), 1.0) for channel in range(3)]
-
-
-_BUILDERS: dict[str, Callable[[Any, NacreMaterial], tuple[Any, list[str]]]] = {
-    "closures": _closures,
-    "principled": _principled,
-    "principled-anisotropic": _principled,
-    "principled-film": _principled,
-    "principled-film-anisotropic": _principled,
-}

@@ -160,9 +160,8 @@ def _facts(content: dict[str, Any]) -> dict[str, str]:
     for part in ("errors", "fit", "source"):
         known = parts.get(part)
         for key, value in known.items() if isinstance(known, dict) else ():
-            if isinstance(value, bool) or not isinstance(value, str | int | float):
-                continue
-            if key in _SETTINGS:
+            shown = isinstance(value, str | int | float) and not isinstance(value, bool)
+            if not shown or key in _SETTINGS:
                 continue
             text = f"{value:.5g}" if isinstance(value, float) else one_line(value)
             label = f"{part} {one_line(key)}".replace("_", " ").capitalize()

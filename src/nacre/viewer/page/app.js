@@ -1,29 +1,40 @@
 // The page: what it holds, what is chosen, and the mode that shows it.
 
+import { Compare } from "./compare.js";
 import { Controls } from "./controls.js";
-import { element, listed, made } from "./dom.js";
+import { attempt, attributes, button, element, keyed, listed, pressed } from "./dom.js";
 import { Drop } from "./drop.js";
+import { Lobes } from "./lobes.js";
+import { Look } from "./look.js";
 import { Materials } from "./materials.js";
-import { MODES } from "./modes.js";
 import { Renderer } from "./renderer.js";
 import { Shelf } from "./shelf.js";
+import { Space } from "./space.js";
+import { Textures } from "./textures.js";
+
+// In the order of their tabs.
+//
+// A mode has a title, a panel (an element beside the picture), a static available(page) (whether the page
+// holds something for it), open(), close(), changed() (another material or form is chosen), draw() (what
+// is new, on the picture; returns a word on its state), and, if it wants, lit(change) (the scene changed).
+const MODES = [Look, Compare, Lobes, Space, Textures];
 
 export class Page {
   constructor({ facts, bytes }) {
     this.renderer = new Renderer(element("picture"));
     Object.assign(this, { facts, bytes, materials: new Materials(facts, bytes, this.renderer) });
     this.controls = new Controls(this);
-    this.shelf = new Shelf(this, (k) => this.attempt(() => this.choose(k)));
+    this.shelf = new Shelf(this, (k) => attempt(() => this.choose(k)));
     this.drop = new Drop(this);
     this.start();
     this.loop();
   }
 
-  // Offer the modes that have something to show: without materials, those that show something else.
+  // Offer the modes that have something to show.
   start() {
     const [first] = this.materials.list;
     Object.assign(this, { chosen: first, form: first?.forms[0] });
-    this.modes = MODES.filter((Mode) => first || Mode.alone).map((Mode) => new Mode(this)).filter((mode) => mode.available());
+    this.modes = MODES.filter((Mode) => Mode.available(this)).map((Mode) => new Mode(this));
     const { notice } = this.facts;
     element("notice").hidden = !notice;
     element("notice").lastElementChild.textContent = notice ?? "";
@@ -37,20 +48,15 @@ export class Page {
     for (const each of [list, element("panels")]) each.replaceChildren();
     this.modes.forEach((mode, k) => {
       const name = mode.title.toLowerCase();
-      const tab = made("button", { type: "button", role: "tab", id: `tab-${name}`, "aria-controls": `panel-${name}` }, mode.title);
-      tab.addEventListener("click", () => this.attempt(() => this.open(mode)));
-      list.append(tab);
-      Object.assign(mode.panel, { id: `panel-${name}`, hidden: true });
-      mode.panel.setAttribute("role", "tabpanel");
-      mode.panel.setAttribute("aria-labelledby", tab.id);
+      const facts = { role: "tab", id: `tab-${name}`, "aria-controls": `panel-${name}` };
+      mode.tab = button(mode.title, () => this.open(mode), facts);
+      list.append(mode.tab);
+      attributes(mode.panel, { id: `panel-${name}`, role: "tabpanel", "aria-labelledby": mode.tab.id });
       element("panels").append(mode.panel);
-      mode.tab = tab;
-      tab.addEventListener("keydown", (e) => {
-        const step = { ArrowRight: 1, ArrowLeft: -1 }[e.key];
-        if (!step) return;
+      keyed(mode.tab, { ArrowRight: 1, ArrowLeft: -1 }, (step) => {
         const next = this.modes[(k + step + this.modes.length) % this.modes.length];
         next.tab.focus();
-        this.attempt(() => this.open(next));
+        attempt(() => this.open(next));
       });
     });
     this.open(this.modes[0]);
@@ -69,7 +75,7 @@ export class Page {
     mode.open();
   }
 
-  // Show a material of the shelf, in a form of it.
+  // Show a material on the shelf in one of its forms.
   choose(k, form = 0) {
     const chosen = this.materials.list[k];
     this.materials.shown(chosen.forms[form]);
@@ -79,7 +85,6 @@ export class Page {
     this.mode.changed();
   }
 
-  // Add a material to the shelf and choose it.
   add(material) {
     this.materials.list.push(material);
     this.shelf.add(material);
@@ -90,11 +95,9 @@ export class Page {
   describe() {
     const { chosen, form } = this;
     element("name").textContent = chosen.name;
-    element("forms").replaceChildren(...(chosen.forms.length < 2 ? [] : chosen.forms.map((each, k) => {
-      const button = made("button", { type: "button", "aria-pressed": `${each === form}` }, each.label);
-      button.addEventListener("click", () => this.attempt(() => this.choose(this.shelf.selected, k)));
-      return button;
-    })));
+    const buttons = chosen.forms.map(({ label }, k) => button(label, () => this.choose(this.shelf.selected, k)));
+    pressed(buttons, chosen.forms.indexOf(form));
+    element("forms").replaceChildren(...(buttons.length < 2 ? [] : buttons));
     element("known").replaceChildren(...listed({ ...chosen.known, ...form.known }));
     element("picture").setAttribute("aria-label", `${chosen.name}, ${form.label}; arrow keys turn it`);
   }
@@ -105,21 +108,7 @@ export class Page {
     this.mode?.lit?.(change);
   }
 
-  // Do something; what fails is said, and the page goes on. What is done in time is waited for.
-  attempt(change) {
-    const say = (text) => {
-      element("trouble").hidden = !text;
-      element("trouble").textContent = text;
-    };
-    try {
-      say("");
-      return Promise.resolve(change()).catch((error) => say(error.message));
-    } catch (error) {
-      say(error.message);
-    }
-  }
-
-  // Frames are drawn while the last are done: a queue of them would freeze the page.
+  // A frame is drawn once the last one is done: a queue of them would freeze the page.
   loop() {
     if (this.renderer.done()) {
       const status = this.mode.draw();

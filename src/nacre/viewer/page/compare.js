@@ -1,10 +1,10 @@
-// The mode that holds one material against another: in pictures, and in the numbers of nacre compare.
+// The mode that compares two materials: in pictures, and in the numbers of nacre compare.
 
 import { fit, RAMP, view, VIEWS } from "./compare_view.js";
-import { choice, element, made, range } from "./dom.js";
+import { attempt, button, choice, element, keyed, made, pressed, range } from "./dom.js";
 import { pictureErrors } from "./errors.js";
 import { Flip } from "./flip.js";
-import { LAST, state } from "./look.js";
+import { LAST, Mode, state } from "./look.js";
 import { Protocol } from "./protocol.js";
 import { dragged } from "./turning.js";
 
@@ -17,19 +17,15 @@ const NOTE = "Here: this picture as far as it is. nacre compare: its sphere unde
 const KEYS = { PageDown: -0.1, PageUp: 0.1, Home: -1, End: 1 }; // parts of the width; see also turning.js
 const PAUSE = 200; // ms after a change of the scene, as numbers take a while
 
-export class Compare {
+export class Compare extends Mode {
   constructor(page) {
-    Object.assign(this, { page, title: "Compare", view: "Wipe", wipe: 0.5, factor: 4, protocol: new Protocol(page.renderer) });
-    this.truth = choice("Reference", [], (k) => this.chosen(k));
+    super(page, "Compare");
+    Object.assign(this, { view: "Wipe", wipe: 0.5, factor: 4, protocol: new Protocol(page.renderer) });
+    this.truth = choice("Reference", [], (value) => page.choose(this.pairs[value].k, this.pairs[value].f));
     this.other = choice("Other", [], (k) => this.against(this.pairs[k]));
-    const swap = made("button", { type: "button", title: "Swap", "aria-label": "Swap" }, "\u21c5");
-    swap.addEventListener("click", () => page.attempt(() => this.swap()));
-    const views = made("div", { className: "buttons", role: "group", "aria-label": "View" }, ...Object.keys(VIEWS).map((name) => {
-      const button = made("button", { type: "button" }, name);
-      button.addEventListener("click", () => page.attempt(() => this.turnTo(name)));
-      return button;
-    }));
-    this.buttons = [...views.children];
+    const swap = button("\u21c5", () => this.swap(), { title: "Swap", "aria-label": "Swap" });
+    this.buttons = Object.keys(VIEWS).map((name) => button(name, () => this.turnTo(name)));
+    const views = made("div", { className: "buttons", role: "group", "aria-label": "View" }, ...this.buttons);
     this.strength = range("Difference", [0, 5, 1, 2], (x) => this.times(2 ** x));
     this.strength.append(made("output"));
     const legend = { className: "scale", role: "img", "aria-label": "FLIP error by color, from 0 to 1" };
@@ -48,18 +44,10 @@ export class Compare {
     this.handle = made("div", { id: "wipe", tabIndex: 0, ...slider });
     this.captions = made("div", { id: "captions" }, ...Object.keys(VIEWS).map(() => made("span")));
     dragged(this.handle, (across) => this.slide(this.wipe + across / element("frame").clientWidth));
-    this.handle.addEventListener("keydown", (e) => {
-      if (!(e.key in KEYS)) return;
-      e.preventDefault();
-      this.slide(this.wipe + KEYS[e.key]);
-    });
+    keyed(this.handle, KEYS, (part) => this.slide(this.wipe + part));
     element("frame").append(this.handle, this.captions);
     for (const each of [this.handle, this.captions]) each.hidden = true;
     this.slide(this.wipe);
-  }
-
-  available() {
-    return true;
   }
 
   open() {
@@ -75,7 +63,7 @@ export class Compare {
     this.flip = null;
     fit(renderer.canvas, renderer.size);
     delete document.body.dataset.view;
-    this.page.describe();
+    super.close();
   }
 
   // All forms of all materials, by number: [material, form].
@@ -94,14 +82,8 @@ export class Compare {
     return this.pairs.findIndex((pair) => pair.form === form);
   }
 
-  // The reference is the material of the page.
-  chosen(value) {
-    const { k, f } = this.pairs[value];
-    this.page.attempt(() => this.page.choose(k, f));
-  }
-
-  // The material or form of the page is another one. What it is held against stays, unless that was
-  // another form of the material before, or is this one.
+  // The page shows another material or form. What it is compared with stays, unless that was another
+  // form of the material before, or is this one.
   changed() {
     const { page } = this, { form, chosen } = page;
     if (this.pairs?.length !== page.materials.list.flatMap(({ forms }) => forms).length) this.list();
@@ -111,8 +93,8 @@ export class Compare {
     else this.against(this.partner(within ? held : undefined, before));
   }
 
-  // What the reference is held against first: another form of it, like what was held before; else the
-  // reference before, or the next on the shelf.
+  // What to compare the reference with first: another form of it, like the one before; otherwise the
+  // reference before, or the next material on the shelf.
   partner(like, before) {
     const { reference, pairs } = this;
     const others = pairs.filter(({ material, form }) => material === reference.material && form !== reference.form);
@@ -121,7 +103,7 @@ export class Compare {
   }
 
   against(pair) {
-    this.page.attempt(() => this.show(pair));
+    attempt(() => this.show(pair));
     this.other.lastChild.value = `${this.at(this.held.form)}`;
   }
 
@@ -143,7 +125,7 @@ export class Compare {
   turnTo(name) {
     this.view = name;
     this.stale = true;
-    for (const button of this.buttons) button.setAttribute("aria-pressed", `${button.textContent === name}`);
+    pressed(this.buttons, Object.keys(VIEWS).indexOf(name));
     const side = name === "Side by side";
     this.handle.hidden = name !== "Wipe";
     this.strength.hidden = !(side || name === "Difference");
@@ -172,7 +154,7 @@ export class Compare {
     element("picture").setAttribute("aria-label", `${words[0]} beside ${words[1]}; arrow keys turn them`);
   }
 
-  // The scene has changed: what was found of it no longer holds.
+  // The scene has changed: its numbers no longer hold.
   lit() {
     const { protocol, here } = this.measured;
     this.measured = { protocol, since: performance.now() };
@@ -180,7 +162,7 @@ export class Compare {
     if (here) this.said();
   }
 
-  // One frame where it is of use; maps and numbers when frames have grown fourfold.
+  // One more frame if it helps; maps and numbers whenever there are four times as many frames.
   draw() {
     const { renderer } = this.page, { size, scene } = renderer;
     if (`${this.flip?.size}` !== `${size}`) {
@@ -210,7 +192,7 @@ export class Compare {
     return state(renderer.frames);
   }
 
-  // Find numbers of what is drawn by now, some at a time: the page waits for them.
+  // Find some of the numbers for what is drawn so far; the page waits for them.
   count() {
     const { measured, flip } = this;
     if (measured.drawn) {
@@ -221,7 +203,6 @@ export class Compare {
     this.said();
   }
 
-  // The numbers, in words.
   said() {
     const { here, protocol } = this.measured;
     const row = (label, ...values) =>
@@ -238,7 +219,6 @@ export class Compare {
   }
 }
 
-// Four digits.
 function said(value) {
   if (value === undefined) return "…";
   if (!Number.isFinite(value)) return "∞";

@@ -1,7 +1,6 @@
 // Shape, light and exposure; turning the shape and moving the lamp on the picture.
 
-import { choice, element, made, range } from "./dom.js";
-import { pixelsOf } from "./light.js";
+import { attempt, choice, element, made, range } from "./dom.js";
 import { Turning, dragged } from "./turning.js";
 
 const SHAPES = [["sphere", "Sphere"], ["ball", "Ball"], ["cloth", "Cloth"], ["knot", "Knot"]];
@@ -12,13 +11,12 @@ export class Controls {
     this.page = page;
     this.view = new Turning();
     this.lamp = { x: -0.5, y: 0.5 };
-    const scene = (change) => page.attempt(() => page.scene(change));
     const lights = page.facts.environments.map((each, k) => [k, each.name]);
     element("controls").append(
-      choice("Shape", SHAPES, (shape) => scene({ shape })),
-      choice("Light", [...lights, ["none", "Lamp alone"]], (k) => page.attempt(() => this.light(k))),
-      range("Rotation", [-180, 180, 1, 0], (x) => scene({ rotation: (x * Math.PI) / 180 })),
-      range("Exposure", [-4, 4, 0.1, 0], (x) => scene({ exposure: 2 ** x })),
+      choice("Shape", SHAPES, (shape) => page.scene({ shape })),
+      choice("Light", [...lights, ["none", "Lamp alone"]], (k) => this.light(k)),
+      range("Rotation", [-180, 180, 1, 0], (x) => page.scene({ rotation: (x * Math.PI) / 180 })),
+      range("Exposure", [-4, 4, 0.1, 0], (x) => page.scene({ exposure: 2 ** x })),
       range("Lamp", [0, 4, 0.1, 0], (x) => this.shine(x)),
     );
     for (const each of element("controls").children) each.dataset.control = each.firstChild.textContent.toLowerCase();
@@ -34,15 +32,14 @@ export class Controls {
     this.move(this.lamp.x, this.lamp.y);
   }
 
-  // Call with pixels across and down as something is dragged or arrow keys are pressed.
+  // The same as `dragged` in turning.js, with errors shown.
   dragged(target, change) {
-    dragged(target, (across, down) => this.page.attempt(() => change(across, down)));
+    dragged(target, (across, down) => attempt(() => change(across, down)));
   }
 
   light(k) {
     if (k !== "none") {
-      const { part, width, height } = this.page.facts.environments[k];
-      this.page.renderer.light(pixelsOf(this.page.bytes(part)), width, height);
+      this.page.renderer.light(this.page.facts.environments[k], this.page.bytes);
     } else if (Number(this.strength.value) === 0) {
       this.strength.value = 1;
       this.shine(1);
@@ -50,7 +47,7 @@ export class Controls {
     this.page.scene({ surroundings: k === "none" ? 0 : 1 });
   }
 
-  // A white surface below the lamp has radiance `strength` at the middle of the shape.
+  // A white surface at the middle of the shape that faces the lamp has the radiance `strength`.
   shine(strength) {
     this.handle.hidden = strength === 0;
     this.page.scene({ irradiance: Array(3).fill(Math.PI * strength * DISTANCE ** 2) });

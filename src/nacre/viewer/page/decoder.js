@@ -19,16 +19,11 @@ export class Decoder {
     this.codeDim = tensors.codes.shape[1];
   }
 
-  // The code of a material of the map.
-  code(index) {
-    return this.tensors.codes.values.subarray(index * this.codeDim, (index + 1) * this.codeDim);
-  }
-
-  // Codes, each by a weight, added up.
+  // Codes of materials of the map, each by a weight, added up.
   mixed(weights) {
-    const sum = new Float64Array(this.codeDim);
-    for (const [index, weight] of weights) this.code(index).forEach((value, k) => (sum[k] += weight * value));
-    return Float32Array.from(sum);
+    const { codes } = this.tensors;
+    return Float32Array.from({ length: this.codeDim }, (_, k) =>
+      weights.reduce((sum, [index, weight]) => sum + weight * codes.values[index * this.codeDim + k], 0));
   }
 
   // One layer; "#" stands for "weights" and "biases" in its name.

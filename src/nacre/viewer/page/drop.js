@@ -1,27 +1,26 @@
-// Files that are dropped onto the page, or chosen with a button: each becomes a material of the shelf.
+// Files that are dropped onto the page, or chosen with a button: each becomes a material on the shelf.
 
-import { element, made } from "./dom.js";
+import { attempt, button, element, made } from "./dom.js";
 import { ENDINGS, Reading } from "./files.js";
-import { thumbnail } from "./thumbnail.js";
 
 const LONGEST = 200; // characters of a name that are shown
 const GROUP = "Opened here";
+const SIZE = 96, FRAMES = 32; // of small pictures
+const SCENE = { shape: "sphere", turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], surroundings: 1, irradiance: [0, 0, 0], exposure: 1, still: false };
 
 export class Drop {
   constructor(page) {
     this.page = page;
     this.last = Promise.resolve();
     const input = made("input", { type: "file", multiple: true, accept: ENDINGS.join(","), hidden: true });
-    const button = made("button", { type: "button", id: "open" }, "Open files…");
-    button.title = `${ENDINGS.join(", ")}; or drop them anywhere on the page`;
+    const title = `${ENDINGS.join(", ")}; or drop them anywhere on the page`;
     this.state = made("p", { id: "reading", role: "status", className: "quiet" });
     this.veil = made("div", { id: "veil", hidden: true }, made("p", {}, `Drop ${ENDINGS.join(", ")} files to see them`));
-    button.addEventListener("click", () => input.click());
     input.addEventListener("change", () => {
       this.open([...input.files]);
       input.value = "";
     });
-    element("search").after(button, input, this.state);
+    element("search").after(button("Open files…", () => input.click(), { id: "open", title }), input, this.state);
     document.body.append(this.veil);
     this.listen();
   }
@@ -44,9 +43,9 @@ export class Drop {
     });
   }
 
-  // Read files one after another, behind those that are being read; resolves when all are done.
+  // Read files one after another, after those that are being read; resolves when all are done.
   open(files) {
-    this.last = this.last.then(() => this.page.attempt(() => this.all(files)));
+    this.last = this.last.then(() => attempt(() => this.all(files)));
     return this.last;
   }
 
@@ -69,8 +68,25 @@ export class Drop {
   add({ name, known, network, table }) {
     const { page } = this;
     const form = { label: table ? "Measured" : "Network", known: {}, network, table };
-    // What cannot be drawn does not come onto the shelf.
+    // A material that cannot be drawn is not added to the shelf.
     const picture = thumbnail(page.renderer, page.materials.shown(form));
     page.add({ name: name.slice(0, LONGEST), group: GROUP, known, forms: [form], picture });
+  }
+}
+
+// A sphere with a material {glsl, textures} under the chosen environment, as a data: address. The
+// renderer keeps this material, and starts again.
+function thumbnail(renderer, material) {
+  const { size } = renderer, scene = { ...renderer.scene };
+  try {
+    renderer.resize(SIZE, SIZE);
+    renderer.change(SCENE);
+    renderer.show(material);
+    for (let k = 0; k < FRAMES; k++) renderer.frame();
+    renderer.present();
+    return renderer.canvas.toDataURL("image/jpeg", 0.8);
+  } finally {
+    renderer.resize(...size);
+    renderer.change(scene);
   }
 }

@@ -26,13 +26,12 @@ export function pictureErrors([truth, other], map, [width, height]) {
 
 // Mean structural similarity over windows that lie within the picture, channels averaged.
 function similarity(truth, other, width, height) {
-  const inner = [width - 2 * REACH, height - 2 * REACH], count = WINDOW ** 2, sample = count / (count - 1);
+  const count = WINDOW ** 2, sample = count / (count - 1);
   let total = 0;
   for (let channel = 0; channel < 3; channel++) {
-    const of = (value) => boxes(value, width, height);
-    const at = (picture) => (k) => picture[4 * k + channel];
-    const [a, b] = [at(truth), at(other)];
-    const [sa, sb, saa, sbb, sab] = [a, b, (k) => a(k) ** 2, (k) => b(k) ** 2, (k) => a(k) * b(k)].map(of);
+    const [a, b] = [truth, other].map((picture) => (k) => picture[4 * k + channel]);
+    const [sa, sb, saa, sbb, sab] = [a, b, (k) => a(k) ** 2, (k) => b(k) ** 2, (k) => a(k) * b(k)]
+      .map((value) => boxes(value, width, height));
     for (let k = 0; k < sa.length; k++) {
       const ma = sa[k] / count, mb = sb[k] / count;
       const variances = sample * (saa[k] / count - ma * ma + sbb[k] / count - mb * mb);
@@ -41,24 +40,23 @@ function similarity(truth, other, width, height) {
         ((ma * ma + mb * mb + STEADY[0]) * (variances + STEADY[1]));
     }
   }
-  return total / (3 * inner[0] * inner[1]);
+  return total / (3 * (width - 2 * REACH) * (height - 2 * REACH));
 }
 
 // Sums over all windows of a picture.
 function boxes(value, width, height) {
-  const columns = width - 2 * REACH, across = new Float64Array(columns * height);
-  const found = new Float64Array(columns * (height - 2 * REACH));
+  const across = runs(value, width, height);
+  return runs((k) => across[k], height, width - 2 * REACH);
+}
+
+// Sums over runs along the rows of a picture, which are the columns of the result.
+function runs(value, width, height) {
+  const found = new Float64Array((width - 2 * REACH) * height);
   for (let j = 0; j < height; j++)
     for (let i = 0, sum = 0; i < width; i++) {
       sum += value(j * width + i);
       if (i >= WINDOW) sum -= value(j * width + i - WINDOW);
-      if (i >= WINDOW - 1) across[j * columns + i - WINDOW + 1] = sum;
-    }
-  for (let i = 0; i < columns; i++)
-    for (let j = 0, sum = 0; j < height; j++) {
-      sum += across[j * columns + i];
-      if (j >= WINDOW) sum -= across[(j - WINDOW) * columns + i];
-      if (j >= WINDOW - 1) found[(j - WINDOW + 1) * columns + i] = sum;
+      if (i >= WINDOW - 1) found[(i - WINDOW + 1) * height + j] = sum;
     }
   return found;
 }

@@ -1,4 +1,4 @@
-// Files of materials that people bring: read in a worker, so that the page never waits for them.
+// Files that people open on the page: read in a worker, so that the page never waits for them.
 
 import { readMbsdf } from "./mbsdf.js";
 import { readMerl } from "./merl.js";
@@ -12,7 +12,7 @@ const READERS = { ".safetensors": networkOf, ".binary": readMerl, ".bsdf": readR
 
 export const ENDINGS = Object.keys(READERS);
 
-// {name, known, network | table} of a file; throws a FileError that says in words what is wrong.
+// {name, known, network | table} of a file; throws a FileError that says what is wrong.
 export async function read(file) {
   const ending = file.name.toLowerCase().match(/\.[a-z]*$/)?.[0];
   if (!Object.hasOwn(READERS, ending)) throw new FileError(`is of a kind that this page does not read; it reads ${ENDINGS.join(", ")}`);
@@ -29,7 +29,7 @@ function networkOf(buffer) {
   return { name: typeof name === "string" ? name : "", known, network };
 }
 
-// The worker's side: a file comes, and what it holds goes back, or what is wrong with it.
+// The worker's side: takes files, and posts what they hold or what is wrong with them.
 export function serve() {
   globalThis.onmessage = async ({ data }) => {
     try {

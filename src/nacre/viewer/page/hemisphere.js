@@ -144,19 +144,10 @@ export class Hemisphere {
       vertices.set([...directions.subarray(3 * k, 3 * k + 3), radius(bright(3 * k)), ...rgb.map(radius), ...tint], 10 * k);
     }
     this.passes = channels ? PICKS.map((pick, c) => [ALL.map((_, k) => k === c), pick]) : [[ALL, [1, 0, 0, 0]]];
-    this.fillMesh(vertices);
-  }
-
-  fillMesh(vertices) {
     const { renderer, renderer: { gl } } = this;
-    if (this.mesh) {
-      gl.bindVertexArray(this.mesh.array);
-      gl.bindBuffer(gl.ARRAY_BUFFER, gl.getVertexAttrib(0, gl.VERTEX_ATTRIB_ARRAY_BUFFER_BINDING));
-      gl.bufferData(gl.ARRAY_BUFFER, vertices, gl.DYNAMIC_DRAW);
-      gl.bindVertexArray(null);
-      return;
-    }
-    this.mesh = renderer.mesh({ vertices, indices: triangles(OUT, AROUND) }, [3, 4, 3]);
+    this.mesh ??= renderer.mesh({ vertices, indices: triangles(OUT, AROUND) }, [3, 4, 3]);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.mesh.buffer);
+    gl.bufferData(gl.ARRAY_BUFFER, vertices, gl.DYNAMIC_DRAW);
   }
 
   // Where a direction is seen, from -1 to 1, the third number toward us.
@@ -166,24 +157,17 @@ export class Hemisphere {
 
   // Draw on the canvas, turned; gives where the light is seen.
   paint(turn, rays) {
-    const { renderer, renderer: { gl } } = this, [width, height] = renderer.size;
-    if (this.target?.size[0] !== 2 * width || this.target.size[1] !== 2 * height) {
+    const { renderer, renderer: { gl } } = this, size = renderer.size.map((length) => 2 * length);
+    if (`${this.target?.size}` !== `${size}`) {
       if (this.target) renderer.free(this.target);
-      this.target = renderer.target(1, [2 * width, 2 * height], true);
+      this.target = renderer.target(1, size, true);
     }
     const whole = [0, 3, 6].flatMap((k) => rotated(turn, BASE.slice(k, k + 3)));
     const values = { turn: whole, pivot: rotated(whole, PIVOT), scale: SCALE };
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target.buffer);
-    gl.viewport(0, 0, 2 * width, 2 * height);
-    gl.enable(gl.DEPTH_TEST);
-    gl.clearColor(GROUND, GROUND, GROUND, 1);
     for (const [mask, pick] of this.passes) {
       gl.colorMask(...mask, true);
-      gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-      renderer.use(renderer.program(SURFACE, SHADED), { ...values, pick });
-      gl.bindVertexArray(this.mesh.array);
-      gl.drawElements(gl.TRIANGLES, this.mesh.count, gl.UNSIGNED_INT, 0);
-      gl.bindVertexArray(null);
+      renderer.begin(this.target, [GROUND, GROUND, GROUND, 1]);
+      renderer.meshed(renderer.program(SURFACE, SHADED), { ...values, pick }, this.mesh);
       renderer.use(renderer.program(PLANE, GRID), values);
       gl.drawArrays(gl.TRIANGLES, 0, 3);
       for (const [name, [tint, thick, dashes]] of Object.entries(RAYS)) {

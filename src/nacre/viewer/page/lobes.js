@@ -1,11 +1,12 @@
-// The mode that shows where a material reflects light to: in the plane of incidence, and all around.
+// The mode that shows where a material reflects light: in the plane of incidence, and all around.
 //
-// Directions are of the material's own frame, +z its normal. The light has a polar angle and an
+// Directions are in the material's own frame, +z its normal. The light has a polar angle and an
 // azimuth; in the plane of incidence views have an angle from the normal, positive on the side of the
 // mirror direction, as in nacre.figures.lobes.
 
-import { choice, element, made } from "./dom.js";
+import { attempt, choice, element, keyed, made, range } from "./dom.js";
 import { Hemisphere, nodes } from "./hemisphere.js";
+import { Mode } from "./look.js";
 import { Polar, SCALES, rounded } from "./polar.js";
 
 const DEGREE = Math.PI / 180;
@@ -28,17 +29,15 @@ function anglesOf(incidence) {
 const spherical = (theta, phi) =>
   [Math.sin(theta) * Math.cos(phi), Math.sin(theta) * Math.sin(phi), Math.cos(theta)];
 
-export class Lobes {
+export class Lobes extends Mode {
   constructor(page) {
-    this.page = page;
-    this.title = "Lobes";
+    super(page, "Lobes");
     this.settings = { scale: "log", cosine: true, channels: false };
     this.light = { theta: 45 * DEGREE, phi: 135 * DEGREE };
     this.view = 45 * DEGREE;
     this.polar = new Polar({ light: (theta) => this.move({ theta }), view: (theta) => this.look(theta) });
     this.picture = new Hemisphere(page.renderer);
     this.inputs = {};
-    const set = (change) => page.attempt(() => this.set(change));
     this.table = made("table");
     this.panel = made("div", { className: "lobes" },
       this.polar.svg,
@@ -46,25 +45,20 @@ export class Lobes {
         this.angle("light", "Light θᵢ", 0, 89, (theta) => this.move({ theta })),
         this.angle("azimuth", "Light φᵢ", -180, 180, (phi) => this.move({ phi })),
         this.angle("view", "View θₒ", -89, 89, (theta) => this.look(theta)),
-        choice("Values", VALUES, (name) => set({ cosine: name === "cosine" })),
-        choice("Scale", Object.entries(SCALES).map(([name, { title }]) => [name, title]), (scale) => set({ scale })),
-        choice("Colors", COLORS, (name) => set({ channels: name === "channels" }))),
+        choice("Values", VALUES, (name) => this.set({ cosine: name === "cosine" })),
+        choice("Scale", Object.entries(SCALES).map(([name, { title }]) => [name, title]), (scale) => this.set({ scale })),
+        choice("Colors", COLORS, (name) => this.set({ channels: name === "channels" }))),
       this.table);
     const facts = { className: "handle", type: "button", title: HELP, "aria-label": "Light", hidden: true };
     this.handle = made("button", facts);
     element("frame").append(this.handle);
-    // Which way "right" and "down" lead is settled as a drag starts: the light may pass the rim.
-    this.handle.addEventListener("pointerdown", () => (this.ways = this.waysNow()));
-    this.handle.addEventListener("keydown", () => (this.ways = this.waysNow()));
+    // The start of a drag decides where "right" and "down" lead: the light may pass the rim.
+    for (const start of ["pointerdown", "keydown"]) this.handle.addEventListener(start, () => (this.ways = this.waysNow()));
     page.controls.dragged(this.handle, (across, down) => {
       const reach = element("picture").getBoundingClientRect().width / 2, [right, below] = this.ways;
       const theta = this.light.theta + (below * down) / reach, phi = this.light.phi + (right * across) / reach;
       this.move({ theta, phi });
     });
-  }
-
-  available() {
-    return true;
   }
 
   // The light is where the lamp is, seen from the middle of a sphere before us.
@@ -78,7 +72,7 @@ export class Lobes {
 
   close() {
     this.handle.hidden = true;
-    this.page.describe();
+    super.close();
     const [x, y] = spherical(this.light.theta, this.light.phi);
     if (this.moved) this.page.controls.move(x, y);
   }
@@ -117,7 +111,7 @@ export class Lobes {
     return "";
   }
 
-  // Reflectance in the plane and at the nodes of the hemisphere, in one go.
+  // Reflectance in the plane and at the nodes of the hemisphere, in one call.
   measure() {
     const { light: { theta, phi }, page: { renderer } } = this;
     const angles = Float64Array.from([this.view, ...anglesOf(theta)]), around = nodes(theta, phi + Math.PI);
@@ -136,7 +130,7 @@ export class Lobes {
     this.scaled();
   }
 
-  // What is plotted of measured values.
+  // Plot what was measured, as the settings say.
   scaled() {
     const { settings: { scale, cosine, channels }, light, view, plane, around } = this;
     const weighed = (rgb, cosines) => (cosine ? rgb.map((f, k) => f * cosines(Math.floor(k / 3))) : rgb);
@@ -145,7 +139,7 @@ export class Lobes {
     this.polar.draw({ angles: plane.angles, values, peak: this.peak, scale: SCALES[scale], incidence: light.theta, view });
     this.picture.shape(around.directions, weighed(around.rgb, (k) => around.directions[3 * k + 2]), SCALES[scale], channels);
     this.list(values, weighed(this.here, () => Math.cos(view)));
-    for (const [name, value] of [["light", light.theta], ["azimuth", light.phi], ["view", view]]) {
+    for (const [name, value] of Object.entries({ light: light.theta, azimuth: light.phi, view })) {
       const { input, output } = this.inputs[name];
       input.value = value / DEGREE;
       output.textContent = `${(value / DEGREE).toFixed(1)}°`;
@@ -185,15 +179,13 @@ export class Lobes {
 
   // A range of degrees with its number; `change` is called with radians.
   angle(name, title, min, max, change) {
-    const input = made("input", { type: "range", min, max, step: "any", "aria-label": title }), output = made("output");
-    input.addEventListener("input", () => this.page.attempt(() => change(Number(input.value) * DEGREE)));
-    input.addEventListener("keydown", (e) => {
-      const step = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[e.key];
-      if (!step) return;
-      e.preventDefault();
-      this.page.attempt(() => change((Math.round(Number(input.value)) + step) * DEGREE));
-    });
+    const label = range(title, [min, max, "any", 0], (degrees) => change(degrees * DEGREE)), output = made("output");
+    const input = label.lastChild;
+    input.setAttribute("aria-label", title);
+    keyed(input, { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }, (step) =>
+      attempt(() => change((Math.round(Number(input.value)) + step) * DEGREE)));
     this.inputs[name] = { input, output };
-    return made("label", {}, title, input, output);
+    label.append(output);
+    return label;
   }
 }

@@ -1,4 +1,4 @@
-// The mode that turns a shape in the light.
+// Modes of the page, and the one that turns a shape in the light.
 
 import { made } from "./dom.js";
 
@@ -8,30 +8,39 @@ export const LAST = 256; // nothing is seen to change
 // A word on how far a picture is.
 export const state = (frames, whole = CONVERGED) => (frames < whole ? `${Math.round((100 * frames) / whole)} %` : "converged");
 
-export class Look {
-  constructor(page) {
-    this.page = page;
-    this.title = "Look";
-    this.panel = made("div");
+// What modes share: see app.js.
+export class Mode {
+  static available(page) {
+    return page.materials.list.length > 0;
   }
 
-  available() {
-    return true;
+  constructor(page, title, panel = made("div")) {
+    Object.assign(this, { page, title, panel });
   }
 
   open() {
     this.changed();
   }
 
-  close() {}
+  changed() {}
 
-  // The material or what it is shown on has changed.
+  close() {
+    this.page.describe();
+  }
+}
+
+export class Look extends Mode {
+  constructor(page, title = "Look") {
+    super(page, title);
+  }
+
+  // The material has changed.
   changed() {
     const { page } = this;
     page.renderer.show(page.materials.shown(page.form));
   }
 
-  // One frame where it is of use; a word on how far the picture is.
+  // One more frame if it helps; returns a word on how far the picture is.
   draw() {
     const { renderer } = this.page;
     if (renderer.frames < LAST) renderer.frame();

@@ -7,6 +7,15 @@ const float MATERIAL_PI = 3.14159265358979;
 float material_polar(vec3 w) { return atan(length(w.xy), w.z); }
 float material_azimuth(vec2 w) { return w == vec2(0.0) ? 0.0 : atan(w.y, w.x); }`;
 
+// A loop over the corners of a cell, from `low` to `high`; `body` has a corner and its weight.
+const corners = (body) => `for (int k = 0; k < 8; k++) {
+    bvec3 upper = bvec3(k & 1, k & 2, k & 4);
+    ivec3 node = ivec3(upper.x ? high.x : low.x, upper.y ? high.y : low.y, upper.z ? high.z : low.z);
+    vec3 weights = mix(1.0 - part, part, vec3(upper));
+    float weight = weights.x * weights.y * weights.z;
+    ${body}
+  }`;
+
 // Linear between nodes, or that below; nodes without a valid sample, which are negative, do not take part.
 const merl = ({ nearest }) => `${ANGLES}
 uniform sampler3D material_nodes;  // over phi_d, theta_d and theta_h
@@ -24,13 +33,8 @@ vec4 material_sum(vec3 wi, vec3 wo) {
   ivec3 low = clamp(ivec3(at), ivec3(0), most), high = min(low + 1, most);
   vec3 part = ${nearest ? "vec3(0.0)" : "min(at - vec3(low), 1.0)"};
   vec4 sum = vec4(0.0);
-  for (int k = 0; k < 8; k++) {
-    bvec3 upper = bvec3(k & 1, k & 2, k & 4);
-    ivec3 node = ivec3(upper.x ? high.x : low.x, upper.y ? high.y : low.y, upper.z ? high.z : low.z);
-    vec3 weight = mix(1.0 - part, part, vec3(upper));
-    vec3 value = texelFetch(material_nodes, ivec3(node.x == count.x ? 0 : node.x, node.yz), 0).rgb;
-    if (min(value.r, min(value.g, value.b)) >= 0.0) sum += weight.x * weight.y * weight.z * vec4(value, 1.0);
-  }
+  ${corners(`vec3 value = texelFetch(material_nodes, ivec3(node.x == count.x ? 0 : node.x, node.yz), 0).rgb;
+    if (min(value.r, min(value.g, value.b)) >= 0.0) sum += weight * vec4(value, 1.0);`)}
   return sum;
 }
 vec3 material_eval(vec3 wi, vec3 wo) {
@@ -49,12 +53,7 @@ vec3 material_eval(vec3 wi, vec3 wo) {
   at = max(at - 0.5, 0.0);
   ivec3 low = min(ivec3(at), count - 1), high = min(low + 1, count - 1);
   vec3 part = min(at - vec3(low), 1.0), sum = vec3(0.0);
-  for (int k = 0; k < 8; k++) {
-    bvec3 upper = bvec3(k & 1, k & 2, k & 4);
-    ivec3 node = ivec3(upper.x ? high.x : low.x, upper.y ? high.y : low.y, upper.z ? high.z : low.z);
-    vec3 weight = mix(1.0 - part, part, vec3(upper));
-    sum += weight.x * weight.y * weight.z * texelFetch(material_nodes, node, 0).${grids.nodes.channels === 3 ? "rgb" : "rrr"};
-  }
+  ${corners(`sum += weight * texelFetch(material_nodes, node, 0).${grids.nodes.channels === 3 ? "rgb" : "rrr"};`)}
   return max(sum, 0.0) * MATERIAL_SCALE;
 }
 bool material_known(vec3 wi, vec3 wo) { return true; }`;

@@ -2,15 +2,14 @@
 
 import { Page } from "./app.js";
 import { unpacked } from "./container.js";
-import { element } from "./dom.js";
+import { element, say } from "./dom.js";
 import { serve } from "./files.js";
 
 function start() {
   unpacked(element("data").textContent)
     .then((found) => void (window.page = new Page(found)))
     .catch((error) => {
-      element("trouble").hidden = false;
-      element("trouble").textContent = error.message;
+      say(error.message);
       document.body.dataset.mode = "none";
     });
 }

@@ -1,14 +1,14 @@
 // Materials on a map, and a marker between them that is dragged or moved with the arrow keys.
 
-import { drawn } from "./dom.js";
+import { drawn, held, keyed, placeIn } from "./dom.js";
 
 const EDGE = 300, NEIGHBORS = 6, STEP = 0.02;
 const HELP = "Place on the map: drag it, or move it with the arrow keys";
 const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
-// How much each of the nearest materials has in a place, as pairs of its number and a weight; weights
-// sum to 1. Those of Franke and Little (see Franke 1982): at a material it is all, and a neighbor that
-// comes or goes has nothing, so nothing jumps.
+// How much each of the nearest materials contributes at a place, as pairs of its index and a weight; weights
+// sum to 1. They are those of Franke and Little (see Franke 1982): 1 at a material, and 0 for a neighbor
+// that is just gained or lost, so that nothing jumps.
 export function weightsAt(places, [x, y]) {
   const near = places.map(([a, b], k) => [k, Math.hypot(a - x, b - y)]).sort((a, b) => a[1] - b[1]);
   if (near[0][1] < 1e-6) return [[near[0][0], 1]];
@@ -30,25 +30,14 @@ export class Map2d {
     const facts = { class: "map", viewBox: `0 0 ${EDGE} ${EDGE}`, role: "group", "aria-label": "Map of materials" };
     this.svg = drawn("svg", facts,
       drawn("rect", { width: EDGE, height: EDGE, rx: 6 }), ...this.spheres, this.lines, this.marker);
-    const place = (e) => {
-      const box = this.svg.getBoundingClientRect();
-      return [(e.clientX - box.left) / box.width, (e.clientY - box.top) / box.height];
-    };
-    this.svg.addEventListener("pointerdown", (e) => {
-      if (e.target.closest(".sphere")) return;
+    const go = (e) => change(placeIn(this.svg, e));
+    held(this.svg, go, (e) => {
+      if (e.target.closest(".sphere")) return false;
       e.preventDefault();
-      this.svg.setPointerCapture(e.pointerId);
       this.marker.focus();
-      change(place(e));
+      go(e);
     });
-    this.svg.addEventListener("pointermove", (e) => {
-      if (this.svg.hasPointerCapture(e.pointerId)) change(place(e));
-    });
-    this.marker.addEventListener("keydown", (e) => {
-      if (!KEYS[e.key] || e.altKey || e.ctrlKey || e.metaKey) return;
-      e.preventDefault();
-      change(KEYS[e.key].map((step, k) => this.place[k] + STEP * step));
-    });
+    keyed(this.marker, KEYS, (steps) => change(steps.map((step, k) => this.place[k] + STEP * step)));
     this.places = places;
   }
 

@@ -1,13 +1,13 @@
 // A polar plot of values over the angles of a half-plane, with handles for the light and the view.
 
-import { drawn } from "./dom.js";
+import { attributes, drawn, held, keyed, placeIn } from "./dom.js";
 
-const CENTER = [160, 142], RADIUS = 122, DEGREE = Math.PI / 180;
+const WIDTH = 320, HEIGHT = 166, CENTER = [160, 142], RADIUS = 122, DEGREE = Math.PI / 180;
 const SPOKES = [-90, -60, -30, 0, 30, 60, 90];
 const APART = 0.24; // smallest distance of two rings, in radii
 const DECADES = 3;
 
-// What radius is a part of the peak given: from 0 at 0 to 1 at 1.
+// The radius for a fraction of the peak: 0 at 0 and 1 at 1.
 export const SCALES = {
   log: { title: `Log, ${DECADES} decades`, of: (t) => Math.log1p((10 ** DECADES - 1) * t) / Math.log(10 ** DECADES) },
   linear: { title: "Linear", of: (t) => t },
@@ -54,7 +54,7 @@ export class Polar {
         drawn("text", { x: u, y: v + 4 }, `${Math.abs(degrees)}°`),
       ];
     });
-    const facts = { class: "polar", viewBox: "0 0 320 166", role: "group", "aria-label": "Polar plot in the plane of incidence" };
+    const facts = { class: "polar", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "group", "aria-label": "Polar plot in the plane of incidence" };
     this.svg = drawn("svg", facts,
       drawn("g", { class: "grid" }, arc(1), ...spokes), this.rings, this.mirror,
       drawn("g", { class: "curves" }, ...this.curves), this.view, this.light);
@@ -65,31 +65,21 @@ export class Polar {
     const ray = drawn("line", { x1: CENTER[0], y1: CENTER[1] }), knob = drawn("circle", { r: 7 });
     const limits = { "aria-valuemin": sign < 0 ? 0 : -90, "aria-valuemax": 90 };
     const group = drawn("g", { class: `ray ${name}`, role: "slider", tabindex: 0, "aria-label": label, ...limits }, ray, knob);
-    group.addEventListener("pointerdown", (e) => {
-      group.setPointerCapture(e.pointerId);
+    held(group, (e) => {
+      const [x, y] = placeIn(this.svg, e);
+      change(Math.atan2(WIDTH * x - CENTER[0], Math.max(CENTER[1] - HEIGHT * y, 1e-6)));
+    }, (e) => {
       e.preventDefault();
       group.focus();
     });
-    group.addEventListener("pointermove", (e) => {
-      if (!group.hasPointerCapture(e.pointerId)) return;
-      const box = this.svg.getBoundingClientRect(), unit = box.width / 320;
-      change(Math.atan2((e.clientX - box.left) / unit - CENTER[0], Math.max(CENTER[1] - (e.clientY - box.top) / unit, 1e-6)));
-    });
-    group.addEventListener("keydown", (e) => {
-      const step = { ArrowRight: 1, ArrowUp: sign, ArrowLeft: -1, ArrowDown: -sign }[e.key];
-      if (!step) return;
-      e.preventDefault();
-      change(group.angle + step * DEGREE);
-    });
+    const steps = { ArrowRight: 1, ArrowUp: sign, ArrowLeft: -1, ArrowDown: -sign };
+    keyed(group, steps, (step) => change(group.angle + step * DEGREE));
     group.point = (angle, radius) => {
       const [x, y] = place(angle, radius), degrees = (sign * angle) / DEGREE;
       group.angle = angle;
-      ray.setAttribute("x2", x);
-      ray.setAttribute("y2", y);
-      knob.setAttribute("cx", x);
-      knob.setAttribute("cy", y);
-      group.setAttribute("aria-valuenow", Math.round(degrees));
-      group.setAttribute("aria-valuetext", `${degrees.toFixed(1)}°`);
+      attributes(ray, { x2: x, y2: y });
+      attributes(knob, { cx: x, cy: y });
+      attributes(group, { "aria-valuenow": Math.round(degrees), "aria-valuetext": `${degrees.toFixed(1)}°` });
     };
     return group;
   }
@@ -103,9 +93,8 @@ export class Polar {
       const points = Array.from(angles, (angle, k) => pair(place(angle, radius(k))));
       curve.setAttribute("d", `M${points.join("L")}`);
     });
-    const [x, y] = place(incidence, 1);
-    this.mirror.setAttribute("x2", x);
-    this.mirror.setAttribute("y2", y);
+    const [x2, y2] = place(incidence, 1);
+    attributes(this.mirror, { x2, y2 });
     this.light.point(-incidence, 1);
     this.view.point(view, 1);
   }

@@ -74,7 +74,7 @@ export class Protocol {
     const both = [truth, other], found = both.map((each) => this.held.get(each) ?? this.values(each));
     this.held = new Map(both.map((each, k) => [each, found[k]]));
     const { renderer, places } = this, { gl } = renderer;
-    const pictures = found.map(({ picture }) => renderer.texture(gl.RGBA32F, SIZE, SIZE, picture));
+    const pictures = found.map(({ picture }) => renderer.texture([SIZE, SIZE], picture));
     const flip = new Flip(renderer, [SIZE, SIZE]);
     flip.update(pictures, 1, 1);
     const { toned, map } = flip.read();

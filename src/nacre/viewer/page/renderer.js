@@ -5,7 +5,7 @@
 // {glsl, textures}: functions material_eval, material_sample and material_pdf, and the textures that
 // they fetch from, by name.
 
-import { tables } from "./light.js";
+import { pixelsOf, tables } from "./light.js";
 import { moved } from "./sequence.js";
 import { FRAMES, LIT, POINTS, SHOWN, SPHERE, VALUES } from "./shaders.js";
 import { SHAPES } from "./shapes.js";
@@ -51,18 +51,19 @@ export class Renderer extends Context {
     if (Object.keys(scene).some((name) => name !== "exposure" && name !== "ground")) this.restart();
   }
 
-  light(pixels, width, height) {
-    const { gl } = this, { texels, toward, radiance, edge } = tables(pixels, width, height);
-    for (const texture of Object.values(this.environment ?? {})) gl.deleteTexture(texture);
+  // Light the scene by an environment of the page, whose parts are `bytes`.
+  light({ part, width, height }, bytes) {
+    const { texels, toward, radiance, edge } = tables(pixelsOf(bytes(part)), width, height);
+    for (const texture of Object.values(this.environment ?? {})) this.gl.deleteTexture(texture);
     this.environment = {
-      texels: this.texture(gl.RGBA32F, width, height, texels),
-      toward: this.texture(gl.RGBA32F, edge, edge, toward),
-      radiance: this.texture(gl.RGBA32F, edge, edge, radiance),
+      texels: this.texture([width, height], texels),
+      toward: this.texture([edge, edge], toward),
+      radiance: this.texture([edge, edge], radiance),
     };
     this.restart();
   }
 
-  // What is drawn: one material, or several, each in a picture of its own.
+  // Draw these materials from now on, each in a picture of its own.
   show(...materials) {
     const programs = materials.map(({ glsl }) => this.program(WHOLE, LIT(glsl)));
     while (this.pictures.length > materials.length) this.pictures.pop().sums.forEach((each) => this.free(each));
@@ -72,24 +73,32 @@ export class Renderer extends Context {
     this.restart();
   }
 
-  // One frame more of each picture.
   frame() {
-    const { scene, size: [width, height] } = this, { lamp, irradiance, rotation, surroundings } = scene;
-    const shift = moved(scene.still ? 0 : this.frames);
-    this.place({ turn: scene.turn, shift: [(2 * shift[0]) / width, (2 * shift[1]) / height], scale: SCALE });
+    const { turn, lamp, irradiance, rotation, surroundings } = this.scene;
+    this.place({ turn, shift: this.shift(this.frames), scale: SCALE });
     const [normals, tangents, points] = this.points.textures;
     const pairs = this.frames ? this.pairs : 1;
     for (const picture of this.pictures) {
-      const [before, after] = this.frames % 2 ? picture.sums : [...picture.sums].reverse();
-      if (!this.frames) this.clear(before);
-      this.fill(after, picture.program, {
-        before: before.textures[0], normals, tangents, points, ...this.environment, ...picture.textures,
+      picture.latest = this.added(picture.sums, this.frames, picture.program, {
+        normals, tangents, points, ...this.environment, ...picture.textures,
         drawn: this.drawn, pairs, rotation, lamp, irradiance, surroundings,
       });
-      picture.latest = after;
     }
     this.frames += 1;
     this.drawn += pairs;
+  }
+
+  // By how much a frame's points are moved, in halves of the picture.
+  shift(frame) {
+    return moved(this.scene.still ? 0 : frame).map((x, k) => (2 * x) / this.size[k]);
+  }
+
+  // Draw a frame with a program that adds it to what is `before`; returns which of the two sums has it.
+  added(sums, frame, program, values) {
+    const [before, after] = frame % 2 ? sums : [...sums].reverse();
+    if (!frame) this.clear(before);
+    this.fill(after, program, { before: before.textures[0], ...values });
+    return after;
   }
 
   // Draw the points of the shape; the sphere's are exact.
@@ -101,17 +110,18 @@ export class Renderer extends Context {
       return;
     }
     if (!this.shapes.has(shape)) this.shapes.set(shape, this.mesh(SHAPES[shape](), [3, 3, 3]));
-    this.meshed(this.points, this.program(POINTS, FRAMES), values, this.shapes.get(shape));
+    this.begin(this.points);
+    this.meshed(this.program(POINTS, FRAMES), values, this.shapes.get(shape));
   }
 
-  // Show a picture on the canvas, which is then no longer stale.
-  present(picture = this.pictures[0]) {
+  // Show a sum on the canvas, which is then no longer stale; `count` is its sum where it is opaque.
+  present(sum = this.pictures[0].latest, count = this.drawn) {
     const { exposure, ground, backing } = this.scene;
     this.stale = false;
-    this.fill(null, this.program(WHOLE, SHOWN), { sums: picture.latest.textures[0], exposure, ground, backing, count: this.drawn });
+    this.fill(null, this.program(WHOLE, SHOWN), { sums: sum.textures[0], exposure, ground, backing, count });
   }
 
-  // Whether all that was asked for is drawn; `mark` asks anew.
+  // Whether everything before the last `mark` is drawn.
   done() {
     const { gl } = this;
     if (this.fence) {
@@ -134,17 +144,17 @@ export class Renderer extends Context {
   // Reflectance and `more`, the density of samples, four numbers a pair, of directions with three
   // numbers each.
   values({ glsl, textures = {} }, wi, wo, more = "material_pdf(wi, wo)") {
-    const { gl } = this, count = wi.length / 3, width = Math.min(count, 1024), height = Math.ceil(count / width);
+    const count = wi.length / 3, width = Math.min(count, 1024), height = Math.ceil(count / width);
     const held = [wi, wo].map((w) => {
       const padded = new Float32Array(4 * width * height);
       for (let k = 0; k < count; k++) padded.set(w.slice(3 * k, 3 * k + 3), 4 * k);
-      return this.texture(gl.RGBA32F, width, height, padded);
+      return this.texture([width, height], padded);
     });
     const target = this.target(1, [width, height]);
     this.fill(target, this.program(WHOLE, VALUES(glsl, more)), { toward: held[0], from: held[1], ...textures });
     const found = this.read(target).subarray(0, 4 * count);
     this.free(target);
-    held.forEach((texture) => gl.deleteTexture(texture));
+    held.forEach((texture) => this.gl.deleteTexture(texture));
     return found;
   }
 }

@@ -2,11 +2,14 @@
 
 import { HEAD } from "./webgl.js";
 
-// A shape's points, seen from +z without perspective.
-export const POINTS = `${HEAD}
+// What vertices of shapes have; see shapes.js.
+export const VERTEX = `
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
-layout(location = 2) in vec3 tangent;
+layout(location = 2) in vec3 tangent;`;
+
+// A shape's points, seen from +z without perspective.
+export const POINTS = `${HEAD}${VERTEX}
 uniform mat3 turn;
 uniform vec2 shift;
 uniform float scale;
@@ -18,35 +21,32 @@ void main() {
   gl_Position = vec4(p.xy * scale + shift, -0.25 * p.z, 1.0);
 }`;
 
-export const FRAMES = `${HEAD}
-in vec3 n, t, p;
+const FOUND = `
 layout(location = 0) out vec4 normal;
 layout(location = 1) out vec4 tangent;
 layout(location = 2) out vec4 point;
-void main() {
-  vec3 m = normalize(gl_FrontFacing ? n : -n);
-  normal = vec4(m, 1.0);
-  tangent = vec4(normalize(t - m * dot(m, t)), 1.0);
+void found(vec3 n, vec3 t, vec3 p) {
+  normal = vec4(n, 1.0);
+  tangent = vec4(normalize(t - n * dot(n, t)), 1.0);
   point = vec4(p, 1.0);
 }`;
 
+export const FRAMES = `${HEAD}${FOUND}
+in vec3 n, t, p;
+void main() { found(normalize(gl_FrontFacing ? n : -n), t, p); }`;
+
 // The same of the unit sphere, exactly.
-export const SPHERE = `${HEAD}
+export const SPHERE = `${HEAD}${FOUND}
 uniform mat3 turn;
 uniform vec2 shift, size;
 uniform float scale;
-layout(location = 0) out vec4 normal;
-layout(location = 1) out vec4 tangent;
-layout(location = 2) out vec4 point;
 void main() {
   vec2 at = (gl_FragCoord.xy / size * 2.0 - 1.0 - shift) / scale;
   float squared = dot(at, at);
   if (squared >= 1.0) discard;
   vec3 n = vec3(at, sqrt(1.0 - squared)), t = cross(turn[1], n);
   if (dot(t, t) < 1e-12) t = turn[0];
-  normal = vec4(n, 1.0);
-  tangent = vec4(normalize(t - n * dot(n, t)), 1.0);
-  point = vec4(n, 1.0);
+  found(n, t, n);
 }`;
 
 // Light on the points, added to the sums of earlier frames: half of the directions follow the light

@@ -8,7 +8,6 @@ export function grid(columns, rows, point) {
   return { vertices, indices: triangles(columns, rows), columns, rows };
 }
 
-// Two triangles a cell.
 export function triangles(columns, rows) {
   const indices = [];
   for (let j = 0; j < rows; j++)
@@ -57,12 +56,6 @@ function step(x) {
   return t * t * t * (t * (6 * t - 15) + 10);
 }
 
-// A point of a ring about +y.
-function ring(radius, thickness, u, v) {
-  const phi = TURN * u, theta = -TURN * v, out = radius + thickness * Math.cos(theta);
-  return [out * Math.sin(phi), thickness * Math.sin(theta), out * Math.cos(phi)];
-}
-
 // A ball with a groove around its tilted axis, held by a ring.
 const RADIUS = 0.84, GROOVE = [1.08, 1.34], EDGE = 0.035, DEPTH = 0.13;
 
@@ -93,8 +86,8 @@ export const SHAPES = {
   ball: () => joined([
     grid(192, 384, (u, v) => leaned(ball(u, v), 0.12)),
     grid(128, 32, (u, v) => {
-      const [x, y, z] = ring(0.52, 0.1, u, v);
-      return leaned([x, y - 0.74, z], 0.12);
+      const phi = TURN * u, theta = -TURN * v, out = 0.52 + 0.1 * Math.cos(theta);
+      return leaned([out * Math.sin(phi), 0.1 * Math.sin(theta) - 0.74, out * Math.cos(phi)], 0.12);
     }),
   ]),
   cloth: () => grid(200, 200, (u, v) => leaned(cloth(u, v), 0.5)),

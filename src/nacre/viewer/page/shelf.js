@@ -1,6 +1,6 @@
 // The list of materials: thumbnails, groups, search, and keys.
 
-import { element, made } from "./dom.js";
+import { element, keyed, made } from "./dom.js";
 
 const STEPS = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1, Home: -Infinity, End: Infinity };
 
@@ -9,17 +9,17 @@ export class Shelf {
   constructor(page, choose) {
     Object.assign(this, { page, choose, items: [] });
     this.list = element("materials");
-    this.list.addEventListener("keydown", (e) => this.step(e));
+    keyed(this.list, STEPS, (step) => this.step(step));
     element("search").addEventListener("input", (e) => this.search(e.target.value));
     page.materials.list.forEach((each) => this.add(each));
   }
 
   add(material) {
-    const k = this.items.length, item = made("div", { className: "material", role: "option", id: `material-${k}`, title: material.name });
-    item.append(made("span", {}, material.name));
+    const k = this.items.length, src = material.picture ?? (material.thumbnail && this.packed(material.thumbnail));
+    const facts = { className: "material", role: "option", id: `material-${k}`, title: material.name };
+    const picture = src ? made("img", { src, alt: "", width: 96, height: 96 }) : made("span", { className: "blank" });
+    const item = made("div", facts, picture, made("span", {}, material.name));
     item.addEventListener("click", () => this.choose(k));
-    const src = material.picture ?? (material.thumbnail && this.packed(material.thumbnail));
-    item.prepend(src ? made("img", { src, alt: "", width: 96, height: 96 }) : made("span", { className: "blank" }));
     this.items.push(item);
     this.group(material.group ?? "").append(item);
     this.count();
@@ -53,12 +53,10 @@ export class Shelf {
     this.selected = k;
   }
 
-  step(event) {
-    if (!(event.key in STEPS)) return;
-    event.preventDefault();
+  step(step) {
     const shown = [...this.list.querySelectorAll(".material:not([hidden])")];
     if (!shown.length) return;
-    const at = shown.indexOf(this.items[this.selected]) + STEPS[event.key];
+    const at = shown.indexOf(this.items[this.selected]) + step;
     this.choose(this.items.indexOf(shown[Math.min(Math.max(at, 0), shown.length - 1)]));
   }
 

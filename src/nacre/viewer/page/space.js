@@ -1,7 +1,7 @@
 // The mode that shows what lies between materials: a map of them, and codes decoded as they are needed.
 
 import { Decoder } from "./decoder.js";
-import { element, made } from "./dom.js";
+import { attempt, button, element, made } from "./dom.js";
 import { Look } from "./look.js";
 import { Map2d, weightsAt } from "./map.js";
 import { bytesOf, handOver } from "./save.js";
@@ -11,41 +11,27 @@ const NAMED = 3; // materials that a mixture is named after
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render/i; // renderers that are slow to read uniforms
 
 export class Space extends Look {
+  static available(page) {
+    return Boolean(page.facts.space);
+  }
+
   constructor(page) {
-    super(page);
-    this.title = "Space";
-    this.space = page.facts.space;
-    if (this.space) this.build();
-  }
-
-  available() {
-    return Boolean(this.space);
-  }
-
-  build() {
-    const { page, space } = this, { list } = page.materials;
+    super(page, "Space");
+    const space = (this.space = page.facts.space), { list } = page.materials;
     this.decoder = new Decoder(readTensors(page.bytes(space.part).buffer));
     const { values } = this.decoder.tensors.places;
     this.places = space.materials.map((_, k) => [values[2 * k], values[2 * k + 1]]);
     const materials = space.materials.map((index) => ({ name: list[index].name, picture: page.shelf.picture(index) }));
     this.map = new Map2d(this.places, materials, space.edge,
-      (place) => page.attempt(() => this.go(place)),
-      (k) => page.attempt(() => page.choose(space.materials[k])));
+      (place) => attempt(() => this.go(place)), (k) => attempt(() => page.choose(space.materials[k])));
     this.parts = made("ul", { className: "parts" });
-    const save = made("button", { type: "button" }, "Save this material");
-    const keep = made("button", { type: "button" }, "Put it on the shelf");
-    save.addEventListener("click", () => page.attempt(() => this.save()));
-    keep.addEventListener("click", () => page.attempt(() => this.keep()));
+    const save = button("Save this material", () => this.save()), keep = button("Put it on the shelf", () => this.keep());
     this.panel.append(this.map.svg, this.parts, made("div", { className: "buttons" }, save, keep),
       made("p", { className: "quiet small" }, `Every place stands for ${this.decoder.codeDim} numbers, mixed from those of the materials \
 around it and decoded to a network here. At a material that is close to it, not the same.`));
   }
 
-  close() {
-    this.page.describe();
-  }
-
-  // A material of the shelf is chosen: go there, or show it as it is where it is not on the map.
+  // Another material is chosen: go there, or show it as it is if it is not on the map.
   changed() {
     const k = this.space.materials.indexOf(this.page.materials.list.indexOf(this.page.chosen));
     if (k >= 0) return this.go(this.places[k]);
@@ -71,7 +57,9 @@ around it and decoded to a network here. At a material that is close to it, not 
     return this.page.materials.list[this.space.materials[k]].name;
   }
 
+  // Decode the material at the place, unless this is done.
   decode() {
+    if (!this.old) return;
     const { page } = this;
     this.old = false;
     this.file = this.decoder.network(this.decoder.mixed(this.weights), this.name);
@@ -94,17 +82,17 @@ around it and decoded to a network here. At a material that is close to it, not 
   }
 
   draw() {
-    if (this.old) this.decode();
+    this.decode();
     return super.draw();
   }
 
   save() {
-    if (this.old) this.decode();
+    this.decode();
     handOver(this.name, bytesOf(this.file));
   }
 
   keep() {
-    if (this.old) this.decode();
+    this.decode();
     const { name, file } = this;
     this.page.add({ name, group: "From the map", known: {}, forms: [{ label: "Network", known: {}, network: file }] });
   }

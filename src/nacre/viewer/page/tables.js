@@ -6,7 +6,8 @@
 import { lookup } from "./lookups.js";
 import { FileError } from "./tensors.js";
 
-// {glsl, textures, known} of a table: known is GLSL that is 1 where it is valid, else 0; `sampler` is GLSL of how directions are drawn for any of them.
+// {glsl, textures, known} of a table: `known` is GLSL that is 1 where the table is valid, otherwise 0.
+// `sampler` is GLSL that draws directions, for any table.
 export function shown(context, table, sampler) {
   const { gl } = context, most = gl.getParameter(gl.MAX_3D_TEXTURE_SIZE);
   const grids = table.kind === "rgl" ? { ...table.grids, ...integrated(table.grids.vndf) } : table.grids;

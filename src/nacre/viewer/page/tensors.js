@@ -23,8 +23,10 @@ export function readTensors(buffer) {
   if (length > BigInt(Math.min(HEADER_LIMIT, buffer.byteLength - 8)))
     throw broken("it ends within the header, or is damaged");
   const start = 8 + Number(length);
-  const table = parsed(new TextDecoder("utf-8", { fatal: true }), buffer.slice(8, start));
-  const header = materialOf(table);
+  const table = parsed(() => new TextDecoder("utf-8", { fatal: true }).decode(buffer.slice(8, start)));
+  if (!table || typeof table !== "object" || Array.isArray(table)) throw broken("its header is not whole JSON");
+  const text = table.__metadata__?.nacre, header = typeof text === "string" ? parsed(() => text) : undefined;
+  if (header === undefined) throw new FileError("is a safetensors file, but not a nacre material");
   const tensors = {}, places = [];
   for (const [name, entry] of Object.entries(table)) {
     if (name === "__metadata__") continue;
@@ -40,23 +42,12 @@ export function readTensors(buffer) {
   return { header, tensors };
 }
 
-function parsed(decoder, bytes) {
+// What a text holds as JSON, if anything.
+function parsed(text) {
   try {
-    const found = JSON.parse(decoder.decode(bytes));
-    if (found && typeof found === "object" && !Array.isArray(found)) return found;
+    return JSON.parse(text());
   } catch {
-    // The same words for both.
-  }
-  throw broken("its header is not whole JSON");
-}
-
-function materialOf(table) {
-  const text = table.__metadata__?.nacre;
-  if (typeof text !== "string") throw new FileError("is a safetensors file, but not a nacre material");
-  try {
-    return JSON.parse(text);
-  } catch {
-    throw new FileError("is a safetensors file, but not a nacre material");
+    return undefined;
   }
 }
 

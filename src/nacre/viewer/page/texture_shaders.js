@@ -1,15 +1,13 @@
 // Shaders of textures: functions of light and view at vertices, weights of them at pixels.
 
+import { VERTEX } from "./shaders.js";
 import { HEAD } from "./webgl.js";
 
 // `formulas` hold texture_place(w), where a direction is in the grid of functions, and
 // texture_joined(sums), reflectance factors of sums of luma and pairs. Bytes of functions and of weights
 // are scaled here, once a vertex: pixels sum what they read.
 export const VERTICES = ({ lumas, chromas, resolution }, formulas) => `${HEAD}precision highp sampler2DArray;
-${formulas}
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec3 normal;
-layout(location = 2) in vec3 tangent;
+${formulas}${VERTEX}
 uniform mat3 turn;
 uniform vec2 shift, repeats, cells;
 uniform float scale, side;  // side: 1 where the front is seen, -1 where the back

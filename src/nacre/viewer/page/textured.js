@@ -6,8 +6,6 @@
 
 import { EDGE, LAID } from "./laid.js";
 import { SCALE } from "./renderer.js";
-import { moved } from "./sequence.js";
-import { SHOWN } from "./shaders.js";
 import { ADDED, TEXELS, VERTICES } from "./texture_shaders.js";
 import { WHOLE } from "./webgl.js";
 
@@ -20,7 +18,7 @@ export class Textured {
 
   // Take a texture to the graphics card: {facts, weights, functions, relief}.
   loaded(facts, bytes) {
-    const { gl } = this.context, { lumas, chromas, resolution, width, height } = facts;
+    const { lumas, chromas, resolution, width, height } = facts;
     const levels = [[width, height]];
     while (Math.max(...levels.at(-1)) > 1) levels.push(levels.at(-1).map((size) => Math.max(size >> 1, 1)));
     const edge = resolution * resolution;
@@ -32,10 +30,9 @@ export class Textured {
   // A texture array of bytes, which are given number by number, the levels of each one after the other.
   // A pixel holds 4 of them, which are filtered, or 16, which are fetched.
   layers(values, count, levels, each) {
-    const { gl } = this.context, texture = gl.createTexture(), size = values.length / count;
-    const depth = Math.ceil(count / each), filtered = each === 4;
-    gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
-    gl.texStorage3D(gl.TEXTURE_2D_ARRAY, levels.length, filtered ? gl.RGBA8 : gl.RGBA32UI, ...levels[0], depth);
+    const { context, context: { gl } } = this, size = values.length / count, depth = Math.ceil(count / each);
+    const filtered = each === 4, format = filtered ? gl.RGBA8 : gl.RGBA32UI;
+    const texture = context.storage(gl.TEXTURE_2D_ARRAY, format, [...levels[0], depth], { levels: levels.length, filtered });
     let start = 0;
     levels.forEach(([width, height], level) => {
       const texels = width * height, mixed = new Uint8Array(texels * depth * each);
@@ -47,38 +44,26 @@ export class Textured {
       gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, level, 0, 0, 0, width, height, depth, ...layout);
       start += texels;
     });
-    gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, filtered ? gl.LINEAR : gl.NEAREST_MIPMAP_NEAREST);
-    gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, filtered ? gl.LINEAR : gl.NEAREST);
     return texture;
   }
 
   // Heights of half floats; a flat field where there are none.
   relief(facts, bytes) {
-    const { gl } = this.context, texture = gl.createTexture(), { width, height } = facts ?? { width: 1, height: 1 };
+    const { context, context: { gl } } = this, size = facts ? [facts.width, facts.height] : [1, 1];
     const values = facts ? new Uint16Array(bytes(facts.part).buffer) : new Uint16Array(1);
-    gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 2);
-    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.R16F, width, height);
-    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RED, gl.HALF_FLOAT, values);
-    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
-    for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, gl.LINEAR);
+    const texture = context.storage(gl.TEXTURE_2D, gl.R16F, size, { filtered: true });
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, ...size, gl.RED, gl.HALF_FLOAT, values);
     for (const axis of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, axis, gl.REPEAT);
     return texture;
   }
 
-  // Show a texture that is loaded.
   show(texture) {
-    this.texture = texture;
-    this.restart();
+    Object.assign(this, { texture, frames: 0 });
   }
 
   // Change {shape, repeats (over the plane's width), zoom, depth (of heights, 1 as they are)}.
   change(view) {
     Object.assign(this.view, view);
-    this.restart();
-  }
-
-  restart() {
     this.frames = 0;
   }
 
@@ -98,42 +83,34 @@ export class Textured {
     return [across, (across * height * aspect) / width];
   }
 
-  // One frame more.
   frame() {
     const { context, texture: { facts, levels, weights, functions, relief }, view, formulas } = this;
-    const { gl, scene, size } = context, shape = this.shape();
+    const { gl, scene, size } = context, shape = this.shape(), aspect = facts.width / facts.height;
     if (`${this.size}` !== `${size}`) this.resize(size);
     const program = context.program(VERTICES(facts, formulas), TEXELS(facts, formulas));
-    const aspect = facts.width / facts.height, shift = moved(scene.still ? 0 : this.frames);
     const { bottom, top } = facts.relief ?? { bottom: 0, top: 0 };
     const values = {
-      turn: scene.turn, shift: shift.map((x, k) => (2 * x) / size[k]), scale: SCALE * view.zoom,
+      turn: scene.turn, shift: context.shift(this.frames), scale: SCALE * view.zoom,
       cells: shape.cells, repeats: this.repeats(shape, aspect), lamp: scene.lamp, irradiance: scene.irradiance,
       functions, weights, levels, relief, aspect, field: [bottom * view.depth, top * view.depth, view.depth],
       function_low: facts.scales.functions.low, function_step: facts.scales.functions.step,
       weight_low: facts.scales.weights.low, weight_step: facts.scales.weights.step,
     };
+    context.begin(this.one);
     gl.enable(gl.CULL_FACE);
-    context.meshed(this.one, program, { ...values, side: 1 }, shape);
-    gl.cullFace(gl.FRONT);
-    context.meshed(this.one, program, { ...values, side: -1 }, shape, false);
-    gl.cullFace(gl.BACK);
+    for (const [side, hidden] of [[1, gl.BACK], [-1, gl.FRONT]]) {
+      gl.cullFace(hidden);
+      context.meshed(program, { ...values, side }, shape);
+    }
     gl.disable(gl.CULL_FACE);
-    const [before, after] = this.frames % 2 ? this.sums : [...this.sums].reverse();
-    if (!this.frames) context.clear(before);
-    context.fill(after, context.program(WHOLE, ADDED), { before: before.textures[0], one: this.one.textures[0] });
-    this.latest = after;
+    const one = this.one.textures[0];
+    this.latest = context.added(this.sums, this.frames, context.program(WHOLE, ADDED), { one });
     this.frames += 1;
   }
+
   resize(size) {
     const { context } = this;
     if (this.size) [this.one, ...this.sums].forEach((target) => context.free(target));
     Object.assign(this, { size: [...size], one: context.target(1, size, true), sums: context.pair(), frames: 0 });
-  }
-
-  // Show the sum on the canvas.
-  present() {
-    const { context } = this, { exposure, ground } = context.scene;
-    context.fill(null, context.program(WHOLE, SHOWN), { sums: this.latest.textures[0], exposure, ground, count: this.frames });
   }
 }

@@ -1,7 +1,7 @@
 // The mode that shows encoded textures in the light of a lamp that moves.
 
-import { choice, listed, made, range } from "./dom.js";
-import { state } from "./look.js";
+import { button, choice, listed, made, pressed, range } from "./dom.js";
+import { Mode, state } from "./look.js";
 import { Textured } from "./textured.js";
 
 const CONVERGED = 16; // frames: then edges are smooth
@@ -13,46 +13,35 @@ const PATHS = {
   sweep: (turn) => [0.85 * Math.sin(turn), 0.25],
 };
 
-export class Textures {
-  static alone = true; // shown where there are no materials too
+export class Textures extends Mode {
+  static available(page) {
+    return page.facts.textures?.length > 0;
+  }
 
   constructor(page) {
-    Object.assign(this, { page, title: "Textures", panel: made("div", { className: "textures" }), path: "still" });
-    this.held = page.facts.textures ?? [];
-    if (!this.held.length) return;
-    this.read = new Map();
-    this.textured = new Textured(page.renderer, new TextDecoder().decode(page.bytes(page.facts.texture_glsl)));
-    this.build();
-  }
-
-  available() {
-    return this.held.length > 0;
-  }
-
-  build() {
-    const { page, textured } = this, say = (change) => page.attempt(change);
-    this.buttons = this.held.map((each, k) => {
-      const button = made("button", { type: "button", className: "material", "aria-pressed": "false" },
-        made("img", { src: page.shelf.packed(each.thumbnail), alt: "" }), made("span", {}, each.name));
-      button.addEventListener("click", () => say(() => this.choose(k)));
-      return button;
+    super(page, "Textures", made("div", { className: "textures" }));
+    const textured = new Textured(page.renderer, new TextDecoder().decode(page.bytes(page.facts.texture_glsl)));
+    Object.assign(this, { path: "still", held: page.facts.textures, read: new Map(), textured });
+    this.buttons = this.held.map(({ thumbnail, name }, k) => {
+      const inside = [made("img", { src: page.shelf.packed(thumbnail), alt: "" }), made("span", {}, name)];
+      return button(inside, () => this.choose(k), { className: "material", "aria-pressed": "false" });
     });
     this.light = choice("Lamp", [["still", "Still"], ["circle", "Around"], ["sweep", "From side to side"]], (path) => this.follow(path));
-    this.depth = range("Relief", [0, 2, 0.05, 1], (depth) => say(() => textured.change({ depth })));
+    this.depth = range("Relief", [0, 2, 0.05, 1], (depth) => textured.change({ depth }));
     this.known = made("dl");
     this.name = made("h2");
     this.panel.append(
       this.name,
       made("div", { className: "group", role: "group", "aria-label": "Textures" }, ...this.buttons),
       made("div", { className: "settings" },
-        choice("Surface", SHAPES, (shape) => say(() => textured.change({ shape }))),
+        choice("Surface", SHAPES, (shape) => textured.change({ shape })),
         this.light,
-        range("Repeats", [1, 16, 1, 1], (repeats) => say(() => textured.change({ repeats }))),
-        range("Zoom", [1, 8, 0.1, 1.3], (zoom) => say(() => textured.change({ zoom }))),
+        range("Repeats", [1, 16, 1, 1], (repeats) => textured.change({ repeats })),
+        range("Zoom", [1, 8, 0.1, 1.3], (zoom) => textured.change({ zoom })),
         this.depth),
       this.known,
     );
-    // Who takes hold of the lamp takes it off its path.
+    // Moving the lamp by hand takes it off its path.
     for (const event of ["pointerdown", "keydown"]) page.controls.handle.addEventListener(event, (e) => {
       if (e.key === undefined || e.key.startsWith("Arrow")) this.follow("still");
     });
@@ -63,14 +52,14 @@ export class Textures {
     const facts = this.held[k], { read, page } = this;
     if (!read.has(k)) read.set(k, this.textured.loaded(facts, page.bytes));
     this.textured.show(read.get(k));
-    this.buttons.forEach((button, at) => button.setAttribute("aria-pressed", `${at === k}`));
+    pressed(this.buttons, k);
     this.name.textContent = facts.name;
     this.known.replaceChildren(...listed(facts.known));
     this.depth.hidden = !facts.relief;
     this.chosen = k;
   }
 
-  // Let the lamp go on a path from where it is along it now.
+  // Let the lamp move along a path, from where it would be by now.
   follow(path) {
     this.path = path;
     this.light.lastChild.value = path;
@@ -83,20 +72,18 @@ export class Textures {
     if (this.chosen === undefined) this.choose(0);
     renderer.canvas.setAttribute("aria-label", "Texture; arrow keys turn it");
     this.times = [];
-    this.textured.restart();
+    this.textured.frames = 0;
   }
 
   close() {
-    const { page } = this;
-    page.controls.shine(Number(page.controls.strength.value));
-    page.describe();
-    page.renderer.restart();
+    const { controls, renderer } = this.page;
+    controls.shine(Number(controls.strength.value));
+    super.close();
+    renderer.restart();
   }
 
-  changed() {}
-
   lit(change) {
-    if (Object.keys(change).some((name) => name !== "exposure")) this.textured.restart();
+    if (Object.keys(change).some((name) => name !== "exposure")) this.textured.frames = 0;
   }
 
   draw() {
@@ -104,7 +91,7 @@ export class Textures {
     if (this.path !== "still") page.controls.move(...PATHS[this.path]((2 * Math.PI * (now % PERIOD)) / PERIOD));
     const moving = textured.frames === 0;
     if (textured.frames < CONVERGED) textured.frame();
-    textured.present();
+    page.renderer.present(textured.latest, textured.frames);
     while (times.length && times[0] < now - 1) times.shift();
     if (moving) times.push(now);
     if (this.path !== "still") return times.length > 1 ? `${Math.round((times.length - 1) / (times.at(-1) - times[0]))} pictures a second` : "";

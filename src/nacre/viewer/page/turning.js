@@ -1,18 +1,13 @@
 // Turning something by pointer and arrow keys.
 
+import { held, keyed } from "./dom.js";
+
 const KEYS = { ArrowLeft: [-12, 0], ArrowRight: [12, 0], ArrowUp: [0, -12], ArrowDown: [0, 12] };
 
 // Call with pixels across and down as something is dragged or arrow keys are pressed.
 export function dragged(target, change) {
-  target.addEventListener("pointerdown", (e) => target.setPointerCapture(e.pointerId));
-  target.addEventListener("pointermove", (e) => {
-    if (target.hasPointerCapture(e.pointerId)) change(e.movementX, e.movementY);
-  });
-  target.addEventListener("keydown", (e) => {
-    if (!KEYS[e.key] || e.altKey || e.ctrlKey || e.metaKey) return;
-    e.preventDefault();
-    change(...KEYS[e.key]);
-  });
+  held(target, (e) => change(e.movementX, e.movementY));
+  keyed(target, KEYS, ([across, down]) => change(across, down));
 }
 
 // A view from around: `by` takes pixels across and down, and returns the scene's `turn`.

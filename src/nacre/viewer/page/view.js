@@ -1,11 +1,10 @@
-// A material on a picture of its own, for other people's pages and notebooks.
+// A material in a picture of its own, for other people's pages and notebooks.
 //
-// All pictures of a document are drawn by one renderer, since browsers keep few WebGL contexts. Each
-// frame goes to the picture that was turned last, then to those that show nothing or what was, then
-// to the one that is being refined.
+// One renderer draws all pictures of a document, since browsers keep few WebGL contexts. Each frame
+// goes to the picture that was turned last, then to those that are empty or out of date, then to the
+// one that is being refined.
 
 import { made } from "./dom.js";
-import { pixelsOf } from "./light.js";
 import { Renderer } from "./renderer.js";
 import { SHAPES } from "./shapes.js";
 import { Turning, dragged } from "./turning.js";
@@ -16,7 +15,7 @@ const AREA = 256 ** 2; // pixels up to which a frame may draw more pairs
 const LARGEST = 1024; // pixels along an edge
 const LAMP = "lamp"; // the light that is a lamp alone
 
-// What `set` takes the text of, as attributes and traits are named.
+// What `set` changes, by the names of attributes and traits.
 export const VIEWED = ["shape", "light", "exposure"];
 
 const STYLE = `
@@ -29,9 +28,8 @@ p { position: absolute; inset: auto 0 0 0; margin: 0; padding: 6px 8px; font: 13
 p[hidden] { display: none; }`;
 
 class Studio {
-  constructor() {
-    Object.assign(this, { views: new Set(), running: false });
-  }
+  views = new Set();
+  running = false;
 
   add(view) {
     this.views.add(view);
@@ -82,7 +80,7 @@ class Studio {
   draw(view) {
     const { renderer } = this, other = this.current !== view;
     if (renderer.size.some((length) => length !== view.size)) renderer.resize(view.size, view.size);
-    if (this.light !== view.light) renderer.light(...(this.light = view.light));
+    if (this.light !== view.light) renderer.light((this.light = view.light), view.bytes);
     const material = view.material(renderer);
     if (other || this.material !== material) renderer.show((this.material = material));
     renderer.change(other ? view.scene : view.changes);
@@ -90,7 +88,7 @@ class Studio {
     this.current = view;
     renderer.pairs = Math.min(Math.max(Math.round((2 * AREA) / view.size ** 2), 2), 8);
     if (renderer.drawn < CONVERGED) renderer.frame();
-    // A picture that is begun anew takes the place of the old one when it is no noisier.
+    // A picture that was started again replaces the old one once it is no noisier.
     if (view.stale || renderer.drawn >= view.drawn) {
       renderer.present();
       view.paint(renderer.canvas, renderer.drawn);
@@ -102,9 +100,9 @@ class Studio {
 const studio = new Studio();
 
 export class View {
-  // A picture in the shadow of an element. `facts` and `bytes` are of a page: its environments.
+  // A picture in the shadow of an element, with the environments of a page's `facts` and `bytes`.
   constructor(host, { facts, bytes }) {
-    Object.assign(this, { host, bytes, environments: facts.environments, troubles: new Map() });
+    Object.assign(this, { host, bytes, environments: facts.environments, troubles: {} });
     const turning = new Turning();
     this.scene = { shape: "sphere", turn: turning.by(0, 0), exposure: 1, backing: 0, surroundings: 1, irradiance: [0, 0, 0] };
     Object.assign(this, { read: null, stale: true, drawn: 0, seen: true, size: 256, changes: {}, words: ["", "sphere", ""] });
@@ -120,7 +118,10 @@ export class View {
       this.touch({ turn: turning.by(across, down) });
     });
     this.sizes = new ResizeObserver(() => this.measure());
-    this.sights = new IntersectionObserver((found) => this.sight(found[found.length - 1].isIntersecting));
+    this.sights = new IntersectionObserver((found) => {
+      this.seen = found.at(-1).isIntersecting;
+      studio.wake();
+    });
     this.set("light", "");
   }
 
@@ -137,11 +138,6 @@ export class View {
     studio.remove(this);
   }
 
-  sight(seen) {
-    this.seen = seen;
-    studio.wake();
-  }
-
   measure() {
     const { width, height } = this.host.getBoundingClientRect();
     const size = Math.min(Math.round(Math.min(width, height) * (window.devicePixelRatio || 1)), LARGEST);
@@ -150,7 +146,7 @@ export class View {
     this.touch({});
   }
 
-  // Set the shape, the light or the exposure as text; what is none is said, and what was stays.
+  // Set the shape, the light or the exposure from text; what is unknown is reported, and the old one stays.
   set(name, text) {
     this.say(name, "");
     try {
@@ -179,13 +175,12 @@ export class View {
     const names = [...this.environments.map((each) => each.name), LAMP], name = text || names[0];
     const found = this.environments.find((each) => each.name === name);
     if (!found && name !== LAMP) throw new Error(`light "${name}" is none of ${names.join(", ")}`);
-    const { part, width, height } = found ?? this.environments[0];
-    this.light = [pixelsOf(this.bytes(part)), width, height];
+    this.light = found ?? this.environments[0];
     this.words[2] = name;
     return found ? { surroundings: 1, irradiance: [0, 0, 0] } : { surroundings: 0, irradiance: [Math.PI, Math.PI, Math.PI] };
   }
 
-  // Show by its name what a function of a renderer gives; nothing where that is null.
+  // Show the material that a function of a renderer returns, under a name; nothing if it is null.
   show(read, name = "") {
     Object.assign(this, { read, context: null });
     this.words[0] = name;
@@ -206,16 +201,14 @@ export class View {
     this.canvas.setAttribute("aria-label", text || (name ? `${name}, ${shape}, light ${light}` : "No material"));
   }
 
-  // Say what fails, by the name of what does; "" once it does not.
+  // Report what fails, by name; "" once it no longer does.
   say(name, text) {
-    if (text) this.troubles.set(name, text);
-    else this.troubles.delete(name);
-    this.trouble.hidden = !this.troubles.size;
-    this.trouble.textContent = [...this.troubles.values()].join("; ");
+    this.troubles[name] = text;
+    this.trouble.textContent = Object.values(this.troubles).filter(Boolean).join("; ");
+    this.trouble.hidden = !this.trouble.textContent;
     if (text) this.host.dispatchEvent(new CustomEvent("error", { detail: text }));
   }
 
-  // Change the scene.
   touch(change) {
     Object.assign(this.scene, change);
     Object.assign(this.changes, change);

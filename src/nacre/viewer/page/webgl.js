@@ -12,6 +12,7 @@ export class Context {
     const gl = canvas.getContext("webgl2", { antialias: false, preserveDrawingBuffer: true });
     if (!gl || !gl.getExtension("EXT_color_buffer_float"))
       throw new Error("This page needs WebGL2 with float pictures, which this browser does not have or has switched off.");
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     Object.assign(this, { gl, canvas, linkedPrograms: new Map() });
   }
 
@@ -22,7 +23,7 @@ export class Context {
     return this.linkedPrograms.get(key);
   }
 
-  // Give back a program that is not needed again.
+  // Free a program that is not needed again.
   forget(program) {
     const { gl } = this;
     for (const [key, known] of this.linkedPrograms) if (known === program) this.linkedPrograms.delete(key);
@@ -52,7 +53,7 @@ export class Context {
   }
 
   // Use a program with values for its uniforms: numbers, lists of them (of vectors too), or textures.
-  // What it does not have is passed over.
+  // Values that it has no uniform for are ignored.
   use({ program, uniforms }, values) {
     const { gl } = this;
     gl.useProgram(program);
@@ -75,38 +76,37 @@ export class Context {
     }
   }
 
-  // A texture whose texels are fetched, not filtered; `values` fill it.
-  texture(format, width, height, values = null) {
-    const { gl } = this, texture = gl.createTexture();
-    const layouts = { [gl.RGBA32F]: gl.RGBA, [gl.RG32F]: gl.RG, [gl.R32F]: gl.RED };
-    gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
-    if (values) gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, layouts[format], gl.FLOAT, values);
+  // A texture without values yet, of two or three sizes: texels are fetched, unless they are filtered.
+  storage(kind, format, size, { levels = 1, filtered = false } = {}) {
+    const { gl } = this, texture = gl.createTexture(), filter = filtered ? gl.LINEAR : gl.NEAREST;
+    gl.bindTexture(kind, texture);
+    gl[`texStorage${size.length}D`](kind, levels, format, ...size);
+    gl.texParameteri(kind, gl.TEXTURE_MIN_FILTER, levels > 1 ? gl.NEAREST_MIPMAP_NEAREST : filter);
+    gl.texParameteri(kind, gl.TEXTURE_MAG_FILTER, filter);
     return texture;
   }
 
-  // A 3-D texture whose texels are fetched, of one or three channels: halves where `values` are 16-bit
-  // numbers, else single precision.
+  // A texture of RGBA floats; `values` fill it.
+  texture(size, values = null) {
+    const { gl } = this, texture = this.storage(gl.TEXTURE_2D, gl.RGBA32F, size);
+    if (values) gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, ...size, gl.RGBA, gl.FLOAT, values);
+    return texture;
+  }
+
+  // A 3-D texture of one or three channels: halves where `values` are 16-bit numbers, else floats.
   volume(size, channels, values) {
-    const { gl } = this, texture = gl.createTexture(), half = values instanceof Uint16Array;
-    const [one, three] = half ? [gl.R16F, gl.RGB16F] : [gl.R32F, gl.RGB32F];
-    gl.bindTexture(gl.TEXTURE_3D, texture);
-    gl.texStorage3D(gl.TEXTURE_3D, 1, channels === 3 ? three : one, ...size);
-    gl.texParameteri(gl.TEXTURE_3D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-    gl.texParameteri(gl.TEXTURE_3D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
-    gl.pixelStorei(gl.UNPACK_ALIGNMENT, half ? 2 : 4);
-    gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, ...size, channels === 3 ? gl.RGB : gl.RED, half ? gl.HALF_FLOAT : gl.FLOAT, values);
+    const { gl } = this, half = values instanceof Uint16Array, [layout, type] = channels === 3 ? [gl.RGB, "RGB"] : [gl.RED, "R"];
+    const texture = this.storage(gl.TEXTURE_3D, gl[`${type}${half ? 16 : 32}F`], size);
+    gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, ...size, layout, half ? gl.HALF_FLOAT : gl.FLOAT, values);
     if (gl.getError() === gl.OUT_OF_MEMORY) throw new Error("The graphics card has no memory left for this table.");
     return texture;
   }
 
   // Pictures of RGBA floats that are drawn to, with a depth where wanted.
-  target(count, [width, height], depth = false) {
+  target(count, size, depth = false) {
     const { gl } = this, buffer = gl.createFramebuffer();
     gl.bindFramebuffer(gl.FRAMEBUFFER, buffer);
-    const textures = Array.from({ length: count }, () => this.texture(gl.RGBA32F, width, height));
+    const textures = Array.from({ length: count }, () => this.texture(size));
     textures.forEach((texture, k) =>
       gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + k, gl.TEXTURE_2D, texture, 0));
     gl.drawBuffers(textures.map((_, k) => gl.COLOR_ATTACHMENT0 + k));
@@ -114,10 +114,10 @@ export class Context {
     if (depth) {
       held = gl.createRenderbuffer();
       gl.bindRenderbuffer(gl.RENDERBUFFER, held);
-      gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT24, width, height);
+      gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT24, ...size);
       gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, held);
     }
-    return { buffer, textures, held, size: [width, height] };
+    return { buffer, textures, held, size };
   }
 
   free({ buffer, textures, held }) {
@@ -133,11 +133,17 @@ export class Context {
     textures.forEach((_, k) => gl.clearBufferfv(gl.COLOR, k, [0, 0, 0, 0]));
   }
 
+  // Draw next to a target, or to the canvas if it is null.
+  aim(target) {
+    const { gl, canvas } = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target?.buffer ?? null);
+    gl.viewport(0, 0, ...(target?.size ?? [canvas.width, canvas.height]));
+  }
+
   // Draw the whole of a target, or of the canvas where it is null.
   fill(target, program, values) {
-    const { gl, canvas } = this, [width, height] = target?.size ?? [canvas.width, canvas.height];
-    gl.bindFramebuffer(gl.FRAMEBUFFER, target?.buffer ?? null);
-    gl.viewport(0, 0, width, height);
+    const { gl } = this;
+    this.aim(target);
     gl.disable(gl.DEPTH_TEST);
     this.use(program, values);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
@@ -152,11 +158,12 @@ export class Context {
     return values;
   }
 
-  // A grid of triangles: {array, count} of {vertices, indices}, with so many numbers an attribute.
+  // A grid of triangles: {array, count, buffer} of {vertices, indices}, with so many numbers an attribute.
   mesh({ vertices, indices }, sizes) {
-    const { gl } = this, array = gl.createVertexArray(), stride = 4 * sizes.reduce((a, b) => a + b);
+    const { gl } = this, array = gl.createVertexArray(), buffer = gl.createBuffer();
+    const stride = 4 * sizes.reduce((a, b) => a + b);
     gl.bindVertexArray(array);
-    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
     gl.bufferData(gl.ARRAY_BUFFER, vertices, gl.STATIC_DRAW);
     let start = 0;
     sizes.forEach((size, k) => {
@@ -167,17 +174,21 @@ export class Context {
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
     gl.bindVertexArray(null);
-    return { array, count: indices.length };
+    return { array, count: indices.length, buffer };
   }
 
-  // Draw a mesh on a target with a depth, which is cleared before.
-  meshed(target, program, values, { array, count }, cleared = true) {
-    const { gl, canvas } = this, [width, height] = target?.size ?? [canvas.width, canvas.height];
-    gl.bindFramebuffer(gl.FRAMEBUFFER, target?.buffer ?? null);
-    gl.viewport(0, 0, width, height);
-    gl.clearColor(0, 0, 0, 0);
-    if (cleared) gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+  // Clear a target that has a depth to a color, and draw to it next.
+  begin(target, color = [0, 0, 0, 0]) {
+    const { gl } = this;
+    this.aim(target);
+    gl.clearColor(...color);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST);
+  }
+
+  // Draw a mesh on the target that `begin` cleared.
+  meshed(program, values, { array, count }) {
+    const { gl } = this;
     this.use(program, values);
     gl.bindVertexArray(array);
     gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 0);

@@ -4,7 +4,6 @@ import { opened } from "./container.js";
 import { Materials } from "./materials.js";
 import { VIEWED, View } from "./view.js";
 
-
 export async function render({ model, el }) {
   const host = el.appendChild(document.createElement("div"));
   let view;

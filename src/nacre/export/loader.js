@@ -1,4 +1,5 @@
-// For createMaterial(THREE, { textures: await loadTextures(THREE) }): the arrays, which lie beside this module, or in the folder `base` (a URL).
+// The arrays for createMaterial(THREE, { textures: await loadTextures(THREE) }): their files are beside this
+// module, or in the folder `base` (a URL).
 export async function loadTextures(THREE, base = import.meta.url) {
   const found = {};
   for (const [key, { file }] of Object.entries(arrays)) {
