@@ -181,3 +181,14 @@ def test_a_name_is_one_line_of_the_file(tmp_path) -> None:
     path = tmp_path / "a.xml"
     radiance.save(Shiny().replaced(name="red \n  paint <2>"), path, radiance.Resolution(8))
     assert "<Name>red paint &lt;2&gt;</Name>" in path.read_text("utf-8")
+
+
+@pytest.mark.parametrize("gray", [False, True])
+def test_facts_say_whether_there_is_color(tmp_path, gray) -> None:
+    path = tmp_path / "a.xml"
+    radiance.save(Shiny(gray=gray), path, radiance.Resolution(8))
+    facts = nacre.load(path).describe()
+    assert facts["color"] is not gray
+    assert facts["tensor tree"].startswith("rank 3, ")
+    low, high = facts["value range"]
+    assert 0.0 <= low < 0.3 < high < 1.0

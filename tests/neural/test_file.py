@@ -15,7 +15,7 @@ from nacre.brdf import CosineSampler
 from nacre.errors import FormatError
 from nacre.geometry import from_rusinkiewicz_angles, half_difference, join
 from nacre.neural import Layer, NeuralBrdf
-from nacre.neural.file import load, save
+from nacre.neural.file import FORMAT, load, save
 from nacre.neural.nbrdf import check_weights, round_layers
 from nacre.neural.published import load_h5, load_npy, save_h5
 from nacre.sampling import BlinnPhongMixture, UniformSampler
@@ -399,3 +399,9 @@ def test_metadata_is_kept_and_cannot_overrule_the_network(tmp_path):
     with pytest.raises(FormatError, match="JSON"):
         save(network(metadata={"loss": float("nan")}), tmp_path / "y.safetensors")
     assert not (tmp_path / "y.safetensors").exists()
+
+
+def test_the_format_holds_networks_only():
+    assert (FORMAT.holds, FORMAT.measured, FORMAT.kind) == ("neural", False, "brdf")
+    with pytest.raises(FormatError, match="holds neural materials only"):
+        FORMAT.save(UniformSampler(), "x.safetensors")

@@ -118,3 +118,11 @@ def test_parameters_of_modules_are_tensors():
     layers = [tuple(map(torch.from_numpy, layer)) for layer in LAYERS]
     found = forward(inputs, layers, RELU)
     np.testing.assert_allclose(found.detach(), expected(RELU), rtol=2e-5, atol=2e-6)
+
+
+@pytest.mark.parametrize("activation", [RELU, SQUARED_RELU])
+def test_arrays_of_drjit_are_activated_as_others(activation):
+    drjit = pytest.importorskip("drjit", reason="needs the extra 'render'")
+    found = activate(drjit.scalar.ArrayXf([-2.0, 0.0, 0.5, 3.0]), activation)
+    expected = np.maximum([-2.0, 0.0, 0.5, 3.0], 0.0) ** (1 if activation == RELU else 2)
+    np.testing.assert_allclose(np.array(found), expected)

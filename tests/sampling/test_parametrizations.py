@@ -84,3 +84,9 @@ def test_lobes_of_another_kind_are_no_labels() -> None:
     ):
         with pytest.raises(ValueError, match=f"lobes of {type(sampler).__name__} are no labels"):
             PARAMETRIZATIONS[name].places(sampler)
+
+
+def test_sizes_are_what_the_parameters_of_the_samplers_need() -> None:
+    # A mixture has a fraction and a diffuse one, then share, two roughnesses, shift of two lobes.
+    sizes = {name: family.size for name, family in PARAMETRIZATIONS.items()}
+    assert sizes == {"blinn-phong": 2, "ggx": 2, "mixture": 3 * (2 + 2 * 4)}

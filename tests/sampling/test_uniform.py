@@ -66,3 +66,12 @@ def test_half_of_what_pictures_show_is_lit_from_anywhere_in_the_sky():
     np.testing.assert_allclose(lights[:, 2], 1.0 - u[2, sky], atol=1e-6)
     turn = np.mod(np.arctan2(lights[:, 1], lights[:, 0]), 2.0 * np.pi)
     np.testing.assert_allclose(turn, 2.0 * np.pi * u[3, sky], atol=1e-6)
+
+
+def test_progress_goes_up_to_all_samples():
+    told = []
+    samples = draw_samples(Gloss(), 50_000, 0, progress=lambda *done: told.append(done))
+    assert len(samples) == 50_000
+    assert {total for _, total in told} == {50_000}
+    assert [done for done, _ in told] == sorted({done for done, _ in told})
+    assert told[-1][0] == 50_000
