@@ -4,7 +4,7 @@ RUN := .venv/bin/python
 SETUP := @$(PYTHON) scripts/setup.py
 PYTEST := NACRE_SCREENSHOTS=$(CURDIR)/out/screenshots $(RUN) -m pytest -n auto --dist loadfile -q
 
-.PHONY: demo test test-all test-lab lint bench fuzz site gallery gallery-sheets gallery-textures
+.PHONY: demo test test-all coverage test-lab lint bench fuzz site gallery gallery-sheets gallery-textures
 .PHONY: included parity-blender release matrix setup tools lab clean
 
 demo:  ## The main job, start to end; NACRE_DATA=FILE uses a real measurement.
@@ -16,6 +16,9 @@ test: lint tools  ## Formatting, lint, types, layers, doctests and the tests tha
 
 test-all: test  ## All tests of the product: after those of make test, the slow ones.
 	$(PYTEST) -m slow
+
+coverage: tools  ## Lines and branches of the product that its tests run; slower than test-all.
+	$(PYTEST) --cov=nacre --cov-branch --cov-report=json:out/coverage.json --cov-report=term:skip-covered
 
 test-lab: tools lab  ## The tests of the lab.
 	$(PYTEST) lab/tests

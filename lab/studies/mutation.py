@@ -1,7 +1,7 @@
 """Mutants of the readers, the samplers, the files and the geometry: how many does a test notice?
 
 `python -m lab.studies.mutation --rooms io,sampling --mutants 60 --seed 0`, from the root of the
-repository; needs `pip install coverage`. A first run takes some minutes more: it records which test
+repository; with what `make test` installs. A first run takes some minutes more: it records which test
 runs which line. A run that was stopped goes on, and `--again` tests once more what survived, which
 shows what new tests notice.
 
