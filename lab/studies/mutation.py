@@ -1,9 +1,9 @@
 """Mutants of the readers, the samplers, the files and the geometry: how many does a test notice?
 
 `python -m lab.studies.mutation --rooms io,sampling --mutants 60 --seed 0`, from the root of the
-repository; with what `make test` installs. A first run takes some minutes more: it records which test
-runs which line. A run that was stopped goes on, and `--again` tests once more what survived, which
-shows what new tests notice.
+repository; with what `make test` installs. A first run takes some minutes more: it records which
+test runs which line. A run that was stopped goes on, and `--again` tests once more what survived,
+which shows what new tests notice.
 
 Mutants are drawn evenly from all that :mod:`lab.studies.mutants.operators` makes of a room. Each
 runs in a process of its own, until a test fails: first the tests that run the changed statement,
