@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests import test_docs
+from tests.cli import test_reference
 
 LAB = Path(__file__).parents[1]
 PAGES = sorted(LAB.rglob("*.md"))
@@ -24,3 +25,12 @@ PAGES = sorted(LAB.rglob("*.md"))
 )
 def test_pages_are_whole(page: Path, check) -> None:
     check(page)
+
+
+@pytest.mark.parametrize(
+    "page",
+    [*test_reference.PAGES, *sorted((LAB / "docs").glob("*.md"))],
+    ids=lambda page: str(page.relative_to(LAB.parent)),
+)
+def test_examples_name_commands_and_options_that_exist(page: Path) -> None:
+    test_reference.test_examples_name_commands_and_options_that_exist(page)

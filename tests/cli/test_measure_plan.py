@@ -53,7 +53,7 @@ def test_from_a_plan_to_a_network_with_its_uncertainty(capsys, measured):
     rows = [line for line in Path("plan.csv").read_text().splitlines() if line.endswith(",,,")]
     assert len(rows) == 12
     assert run("fit", "paint.csv", "--preset", "draft", "-o", "paint.safetensors") == 0
-    assert "of 12 samples: albedo" in capsys.readouterr().out
+    assert "from 12 samples: albedo" in capsys.readouterr().out
     assert len(plausible(nacre.load("paint.safetensors"))) == COUNT
     (facts,) = run_json(capsys, "info", "paint.safetensors")
     assert facts["known_from_samples"] == 12

@@ -31,9 +31,8 @@ def brdf(request: pytest.FixtureRequest) -> Brdf:
 
 def test_every_kind_is_here():
     kinds = {type(made(name)) for name in MATERIALS if "." not in name}
-    # What is left is a window onto Mitsuba, and the code of a texel whose codec has no other.
     left = {kind.__name__ for kind in concrete(Brdf) - kinds}
-    assert left == {"MitsubaBrdf", "TextureNetworkBrdf"}
+    assert left == {"MitsubaBrdf"}  # a window onto Mitsuba
 
 
 def test_values_are_finite_non_negative_colors(brdf):

@@ -130,7 +130,7 @@ def test_members_of_archives_are_as_long_as_they_say(method):
         member = archive.getinfo("x.npy")
         assert unpack_member(archive, member, 1, "x") == b"0123456789"
         member.file_size += 1
-        with pytest.raises(FormatError, match="x: is of another length than the archive says"):
+        with pytest.raises(FormatError, match="x: does not have the length that the archive says"):
             unpack_member(archive, member, 1, "x")
         member.file_size = (1 << 26) + 1
         with pytest.raises(FormatError, match="x: is larger than any table"):

@@ -95,7 +95,7 @@ def test_what_is_refused(mi, tmp_path):
     for problem, material in {
         "32 values below a million": {"code": "1, 2"},
         "could not convert": {"code": "gold"},
-        "is no code": {"code": str(path)},
+        "is not a code": {"code": str(path)},
         "not both": {"code": text(CODE), "filename": "x.safetensors"},
         "neural basis; this one is 'pca'": {
             "code": text(CODE),

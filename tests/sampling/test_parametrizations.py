@@ -82,7 +82,9 @@ def test_lobes_of_another_kind_are_no_labels() -> None:
         *(("blinn-phong", ggx), ("ggx", blinn_phong), ("ggx", mixture)),
         *(("mixture", blinn_phong), ("mixture", mixture)),
     ):
-        with pytest.raises(ValueError, match=f"lobes of {type(sampler).__name__} are no labels"):
+        with pytest.raises(
+            ValueError, match=f"lobes of type {type(sampler).__name__} cannot be labels"
+        ):
             PARAMETRIZATIONS[name].places(sampler)
 
 

@@ -161,7 +161,7 @@ def _code_facts(path: Path) -> dict[str, Any]:
             "basis sha256": content["basis"],
         }
     except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise FormatError(f"{path}: is not a complete code: {reason(error)}") from error
+        raise FormatError(f"{path}: is not a whole code: {reason(error)}") from error
 
 
 def _known(facts: Mapping[str, Any], units: Mapping[str, str]) -> dict[str, str]:

@@ -197,9 +197,9 @@ def test_a_state_of_another_training_or_a_damaged_one_is_refused(tmp_path):
         train(steps=4, state=state, fingerprint="these files", progress=stop)
     given = {"steps": 4, "state": state, "fingerprint": "these files"}
     for other in ({"recipe": TrainingRecipe(seed=1)}, {"fingerprint": "others"}, {"steps": 5}):
-        with pytest.raises(NacreError, match="of another run"):
+        with pytest.raises(NacreError, match="belongs to another run"):
             train(**given | other)
-    with pytest.raises(NacreError, match="of another run"):
+    with pytest.raises(NacreError, match="belongs to another run"):
         train(minutes=1.0, state=state, fingerprint="these files")
     for content in (state.read_bytes()[:-100], b""):
         state.write_bytes(content)
