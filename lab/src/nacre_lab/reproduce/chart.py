@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import textalloc
-
 from nacre.array import Floats
 from nacre.errors import require
 from nacre.figures.page import FAINT, INK
@@ -106,6 +104,8 @@ def place_labels(
     distance
         Least distance of a text from its point, as a fraction of the axes.
     """
+    import textalloc  # only here: listing experiments needs no charts
+
     kept_free = points if obstacles is None else obstacles
     limits = {"xlim": axes.get_xlim(), "ylim": axes.get_ylim()}
     textalloc.allocate(
