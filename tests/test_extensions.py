@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import os
 import shutil
@@ -33,6 +32,7 @@ from nacre.workflows.encoding import encode_texture
 from tests.cli.support import run
 from tests.latent.made import MATERIALS, NEW
 from tests.oracles.materials import material
+from tests.packages import found_in, pip_installed
 from tests.textures.codecs.networks.made import OTHER, texture, write
 
 EXAMPLE = Path(__file__).parents[1] / "docs" / "examples"
@@ -43,26 +43,15 @@ REGISTRIES = (FORMATS, MODELS, SAMPLERS, BASES, CODECS, TARGETS)
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder of packages that has the example, as pip installs it without a network."""
-    folder = tmp_path_factory.mktemp("example")
-    shutil.copytree(EXAMPLE, folder / "source", ignore=shutil.ignore_patterns("__pycache__"))
-    options = "--no-deps --no-build-isolation --no-index --disable-pip-version-check -q --target"
-    pip = [sys.executable, "-m", "pip", "install", *options.split()]
-    subprocess.run([*pip, str(folder / "site"), str(folder / "source")], check=True)
-    return folder / "site"
+    return pip_installed(EXAMPLE, tmp_path_factory.mktemp("example"))
 
 
 @pytest.fixture
 def installed(site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """The example as an installed package; gives a folder to work in."""
-    monkeypatch.syspath_prepend(site)
-    for registry in REGISTRIES:
-        monkeypatch.setattr(registry, "_entry_points", None)
-        monkeypatch.setattr(registry, "_members", {})
-    importlib.invalidate_caches()
     monkeypatch.chdir(tmp_path)
-    yield tmp_path
-    for name in [name for name in sys.modules if name.partition(".")[0] == "nacre_example"]:
-        del sys.modules[name]
+    with found_in(site, "nacre_example", REGISTRIES, monkeypatch):
+        yield tmp_path
 
 
 def test_the_package_has_a_member_of_each_family(installed: Path) -> None:

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
-import shutil
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,6 +11,7 @@ from nacre_lab.benchmark import METHODS, Method
 from nacre_lab.benchmark.results import read_results
 from nacre_lab.benchmark.run import _package_code
 from tests.cli.support import run
+from tests.packages import found_in, pip_installed
 
 EXAMPLE = Path(__file__).parents[2] / "example"
 MADE_HERE = Method("nothing", run, "analytic")
@@ -23,25 +20,15 @@ MADE_HERE = Method("nothing", run, "analytic")
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder of packages that has the example, as pip installs it without a network."""
-    folder = tmp_path_factory.mktemp("example")
-    shutil.copytree(EXAMPLE, folder / "source", ignore=shutil.ignore_patterns("__pycache__"))
-    options = "--no-deps --no-build-isolation --no-index --disable-pip-version-check -q --target"
-    pip = [sys.executable, "-m", "pip", "install", *options.split()]
-    subprocess.run([*pip, str(folder / "site"), str(folder / "source")], check=True)
-    return folder / "site"
+    return pip_installed(EXAMPLE, tmp_path_factory.mktemp("example"))
 
 
 @pytest.fixture
 def installed(site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """The example as an installed package; gives a folder to work in."""
-    monkeypatch.syspath_prepend(site)
-    monkeypatch.setattr(METHODS, "_entry_points", None)
-    monkeypatch.setattr(METHODS, "_members", {})
-    importlib.invalidate_caches()
     monkeypatch.chdir(tmp_path)
-    yield tmp_path
-    for name in [name for name in sys.modules if name.partition(".")[0] == "nacre_lab_example"]:
-        del sys.modules[name]
+    with found_in(site, "nacre_lab_example", [METHODS], monkeypatch):
+        yield tmp_path
 
 
 def test_a_method_of_another_package_has_rows_in_the_benchmark(
