@@ -60,3 +60,15 @@ def test_export_targets_are_classes_of_targets():
         TARGETS.register("x", int)
     with pytest.raises(NacreError, match="'basic' is no known export target"):
         TARGETS.find("basic")
+
+
+def test_no_package_takes_a_name_that_nacre_registers_by_an_entry_point(tmp_path, monkeypatch):
+    facts = tmp_path / "other-1.dist-info"
+    facts.mkdir()
+    (facts / "METADATA").write_text("Name: other\nVersion: 1\n")
+    (facts / "entry_points.txt").write_text("[nacre.models]\nopenpbr = fractions:Fraction\n")
+    for path in ([str(tmp_path), *sys.path], [*sys.path, str(tmp_path)]):
+        with monkeypatch.context() as patched:
+            patched.setattr(sys, "path", path)
+            models = Registry("nacre.models", "model", {})
+            assert models["openpbr"].__module__ == "nacre.standard.openpbr"

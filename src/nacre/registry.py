@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from importlib import metadata
 from typing import Any, Generic, TypeVar
 
-from nacre.errors import NacreError, reason
+from nacre.errors import DISTRIBUTION, NacreError, reason
 
 _Member = TypeVar("_Member")
 
@@ -96,7 +96,9 @@ class Registry(Mapping[str, _Member], Generic[_Member]):
     def _installed(self) -> dict[str, metadata.EntryPoint]:
         if self._entry_points is None:
             found = metadata.entry_points(group=self.group)
-            self._entry_points = {e.name: e for e in sorted(found, key=lambda e: e.name)}
+            # Of one name, nacre's own comes last and is kept: no package takes it.
+            ordered = sorted(found, key=lambda e: (e.name, _is_own(e)))
+            self._entry_points = {e.name: e for e in ordered}
         return self._entry_points
 
     def _load(self, entry_point: metadata.EntryPoint) -> _Member:
@@ -116,3 +118,7 @@ class Registry(Mapping[str, _Member], Generic[_Member]):
         is_one = isinstance(member, type) and base is not None and issubclass(member, base)
         if not (base is None or is_one or isinstance(member, base)):
             raise NacreError(f"{self.what} {name!r} is not a {base.__module__}.{base.__qualname__}")
+
+
+def _is_own(entry_point: metadata.EntryPoint) -> bool:
+    return entry_point.dist is not None and entry_point.dist.name == DISTRIBUTION
