@@ -51,7 +51,7 @@ BLENDER := .venv-blender/bin/python
 parity-blender: setup  ## Exports to OSL and Blender, and Principled, in Cycles: 1 GB, and Python 3.11.
 	@test -x $(BLENDER) || python3.11 -m venv .venv-blender
 	@$(BLENDER) -c 'import bpy' 2>/dev/null || $(BLENDER) -m pip install -q 'bpy==5.0.1'
-	NACRE_BLENDER_PYTHON=$(CURDIR)/$(BLENDER) $(RUN) -m pytest -q tests/export tests/standard -k 'osl or blender or principled'
+	NACRE_BLENDER_PYTHON=$(CURDIR)/$(BLENDER) $(RUN) -m pytest -q tests/targets tests/standard -k 'osl or blender or principled'
 
 LIBRARY := out/gallery/library
 

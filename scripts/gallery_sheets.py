@@ -29,8 +29,8 @@ from nacre.geometry import split
 from nacre.latent import pretrained_basis
 from nacre.latent.map import embed
 from nacre.metrics.metrics import flip, image_errors
-from nacre.render.preview import write_bytes
-from nacre.render.sphere import render_sphere, smooth_edges, standard_lights
+from nacre.mitsuba.preview import write_bytes
+from nacre.mitsuba.sphere import render_sphere, smooth_edges, standard_lights
 
 SHEETS = Path(__file__).resolve().parents[1] / "out/gallery/sheets"
 ROWS = 8

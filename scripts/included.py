@@ -19,10 +19,10 @@ from nacre.formats import load_brdf
 from nacre.included import families
 from nacre.io.files import write_encoded
 from nacre.metrics.metrics import image_errors
+from nacre.mitsuba.sphere import render_sphere, standard_lights
 from nacre.neural import NeuralBrdf
 from nacre.neural.file import encode
 from nacre.neural.nbrdf import HALF, round_layers
-from nacre.render.sphere import render_sphere, standard_lights
 from nacre.sampling import fit_lobes
 
 FAMILIES = {"rgl": "nbrdf-rgl", "merl": "merl", "nielsen": "nielsen"}

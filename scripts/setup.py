@@ -167,7 +167,7 @@ def provide_libatomic() -> None:
 
 def provide_llvm() -> None:
     """Make sure that there is an LLVM with which Dr.Jit can compile."""
-    llvm = runpy.run_path(str(ROOT / "src" / "nacre" / "render" / "llvm.py"))
+    llvm = runpy.run_path(str(ROOT / "src" / "nacre" / "mitsuba" / "llvm.py"))
     if llvm["prepare"]() or (apt("libllvm19") and llvm["prepare"]()):
         return
     stop(llvm["refusal"](None))

@@ -39,8 +39,8 @@ def usual_variant() -> Iterator[None]:
 @pytest.fixture(scope="session")
 def chromium() -> Iterator[Any]:
     """Playwright's browser, or the test is skipped; a thread can have one only."""
-    from tests.export.support import needs
     from tests.oracles.runners import browser
+    from tests.targets.support import needs
 
     needs(browser.missing())
     with browser.launched() as opened:

@@ -17,12 +17,12 @@ import nacre
 from nacre import formats
 from nacre.analytic import MODELS
 from nacre.analytic.lambert import Lambert
-from nacre.export import TARGETS
 from nacre.formats import FORMATS
 from nacre.latent import BASES, load_basis, load_code
 from nacre.neural import NeuralBrdf
 from nacre.neural.training import initial_layers
 from nacre.sampling import SAMPLERS
+from nacre.targets import TARGETS
 from nacre.textures import LatentMap
 from nacre.textures.codecs import CODECS, load_codec
 from nacre.textures.codecs.codec_file import codec_facts

@@ -107,7 +107,7 @@ def test_an_unknown_name_is_told_with_those_like_it(name: str, near: str) -> Non
 
 def test_a_mitsuba_plugin_takes_a_name() -> None:
     mi = require_mitsuba()
-    nacre.render.register()
+    nacre.mitsuba.register()
     bsdf = mi.load_dict({"type": "nbrdf", "filename": "merl:chrome"})
     assert "chrome" in str(bsdf)
 

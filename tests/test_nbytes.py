@@ -9,8 +9,8 @@ from nacre.analytic import MODELS
 from nacre.measured import ScatteredBrdf, merl, rgl, utia
 from nacre.measured.rgl_writer import Resolution
 from tests.analytic.materials import EXAMPLES
+from tests.mitsuba.reflectances import network
 from tests.reflectances import Glossy
-from tests.render.reflectances import network
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,8 @@ import sys
 import pytest
 
 from nacre.errors import NacreError
-from nacre.export import TARGETS
 from nacre.registry import Registry
+from nacre.targets import TARGETS
 
 BUILTIN = {"tables": "wave:open", "numbers": "fractions:Fraction"}
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from nacre.render import llvm
-from nacre.render.engine import DEFAULT_VARIANT, VARIABLE
+from nacre.mitsuba import llvm
+from nacre.mitsuba.engine import DEFAULT_VARIANT, VARIABLE
 
 USUAL = os.environ.get(VARIABLE) or DEFAULT_VARIANT
 """The variant that tests draw by: `NACRE_VARIANT=cuda_ad_rgb` runs them on a graphics card."""

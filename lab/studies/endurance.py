@@ -36,10 +36,10 @@ from nacre.array import Floats
 from nacre.geometry import cosine_hemisphere, join
 from nacre.io.files import digest
 from nacre.measured.deduplication import from_measurement
+from nacre.mitsuba import kernels
+from nacre.mitsuba.engine import check_llvm
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.numerics.mlp import Layer
-from nacre.render import kernels
-from nacre.render.engine import check_llvm
 from nacre.workflows import MANIFEST, Manifest, Record
 from nacre.workflows.run import UNFINISHED
 from nacre_lab.reproduce.tables import write_text
@@ -97,7 +97,7 @@ def loads() -> Iterator[None]:
 
 def renders() -> Iterator[None]:
     """A preview of 16 x 16 pixels of a variant."""
-    from nacre.render import render_preview
+    from nacre.mitsuba import render_preview
 
     for material in variants():
         render_preview(material, "sphere", "directional", 16, 1, denoise=False)
@@ -111,7 +111,7 @@ def rounded(layer: Layer) -> Layer:
 
 def halves() -> Iterator[None]:
     """The same of weights in half precision."""
-    from nacre.render import render_preview
+    from nacre.mitsuba import render_preview
 
     for material in variants():
         half = material.with_layers([rounded(layer) for layer in material.layers])
@@ -127,7 +127,7 @@ def kept() -> Iterator[None]:
 
 def cooperative() -> Iterator[None]:
     """The same where weights lie in a buffer, so that variants share a kernel."""
-    from nacre.render import bsdf, render_preview
+    from nacre.mitsuba import bsdf, render_preview
 
     for material in variants():
         shown = bsdf(material, weights="cooperative")

@@ -69,7 +69,7 @@ TESTS = [
     "tests/analytic/test_picture_fit.py",
     *("tests/standard/test_closures.py", "tests/standard/test_materialx_file.py"),
     *("tests/latent/test_lobe_predictor.py", "tests/workflows/test_files.py"),
-    *("tests/export/test_textures.py", "tests/render/textures/test_sampling.py"),
+    *("tests/targets/test_textures.py", "tests/mitsuba/textures/test_sampling.py"),
 ]
 """Files and folders of the tests that are asked, beside the examples in docstrings."""
 ROOT = Path(__file__).resolve().parents[2]

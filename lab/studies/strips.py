@@ -22,9 +22,9 @@ from nacre.figures.page import Bytes, scale_end
 from nacre.measured.textures import UTIA
 from nacre.measuring.virtual import MitsubaBrdf
 from nacre.metrics.metrics import flip
-from nacre.render.preview import render_preview, render_scene, write_bytes
-from nacre.render.textures.plugins import texture_bsdf
-from nacre.render.textures.scene import describe_texture_scene, texture_scale
+from nacre.mitsuba.preview import render_preview, render_scene, write_bytes
+from nacre.mitsuba.textures.plugins import texture_bsdf
+from nacre.mitsuba.textures.scene import describe_texture_scene, texture_scale
 from nacre.textures import LatentMap
 from nacre.textures.capture import capture, find
 from nacre.textures.codecs import load_codec

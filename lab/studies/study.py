@@ -16,7 +16,7 @@ import nacre
 from nacre.brdf import Brdf
 from nacre.measured.merl import tabulate
 from nacre.metrics import compare
-from nacre.render.environment import Environment, load_environment
+from nacre.mitsuba.environment import Environment, load_environment
 from nacre.runtime.progress import Progress
 from nacre_lab.reproduce.cache import Cache
 from nacre_lab.reproduce.tables import markdown_table, write_csv, write_text

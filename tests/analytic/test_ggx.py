@@ -13,7 +13,7 @@ from nacre.geometry import split
 from nacre.sampling import BlinnPhongMixture, GgxLobe, GgxMixture
 from nacre.sampling.visible_normals import distribution
 from tests.measured.support import hemisphere
-from tests.render.reflectances import interaction
+from tests.mitsuba.reflectances import interaction
 from tests.variants import require_mitsuba
 
 ALPHAS = [(0.1, 0.1), (0.6, 0.6), (0.08, 0.4)]

@@ -13,11 +13,11 @@ from nacre.analytic.fresnel import dielectric
 from nacre.analytic.model import TableParameter
 from nacre.brdf import above_horizon
 from nacre.geometry import split
-from nacre.render import bsdf
+from nacre.mitsuba import bsdf
 from tests.analytic.materials import EXAMPLES
 from tests.measured.support import hemisphere
-from tests.render.chi_square import chi_square
-from tests.render.reflectances import interaction
+from tests.mitsuba.chi_square import chi_square
+from tests.mitsuba.reflectances import interaction
 from tests.variants import require_mitsuba
 
 

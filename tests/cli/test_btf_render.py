@@ -10,9 +10,9 @@ import pytest
 
 import nacre
 from nacre import textures
-from nacre.render.denoise import can_denoise
+from nacre.mitsuba.denoise import can_denoise
 from tests.cli.support import run
-from tests.render.textures.made import latent, picture
+from tests.mitsuba.textures.made import latent, picture
 from tests.textures.codecs.basis.made import codec
 from tests.variants import require_mitsuba
 

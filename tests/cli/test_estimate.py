@@ -15,11 +15,11 @@ import nacre
 from nacre.analytic import Ggx
 from nacre.latent.estimates import COUNT, plausible
 from nacre.metrics import albedo
+from nacre.mitsuba.environment import Environment
+from nacre.mitsuba.lights import EnvironmentLight
+from nacre.mitsuba.preview import write_image
+from nacre.mitsuba.sphere import render_sphere
 from nacre.neural import Recipe, fit
-from nacre.render.environment import Environment
-from nacre.render.lights import EnvironmentLight
-from nacre.render.preview import write_image
-from nacre.render.sphere import render_sphere
 from tests.cli.support import assert_refused, run, run_json
 from tests.variants import require_mitsuba
 

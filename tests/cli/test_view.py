@@ -25,7 +25,7 @@ from nacre.neural import Recipe
 from nacre.textures.height_file import write_heights
 from nacre.textures.latent_file import save_latent_map
 from tests.cli.support import assert_refused, run, run_json
-from tests.export import made_texture
+from tests.targets import made_texture
 from tests.tiers import tiered
 from tests.variants import require_mitsuba
 

@@ -37,7 +37,7 @@ from tests.contracts.directions import pairs
 from tests.data import list_data, require_data
 from tests.latent.made import random_autoencoder, random_basis, random_hypernetwork
 from tests.measured.support import material, spectral, tensor_bytes
-from tests.render.reflectances import Tilted
+from tests.mitsuba.reflectances import Tilted
 from tests.textures.codecs.basis.made import codec
 
 

@@ -92,7 +92,7 @@ def _torch(objects: Objects, _: Processor) -> Iterator[tuple[str, Any]]:
 
 def _drjit(objects: Objects, processor: Processor) -> Iterator[tuple[str, Any]]:
     """What is rendered, of float32."""
-    from nacre.render.engine import mitsuba
+    from nacre.mitsuba.engine import mitsuba
 
     mi = mitsuba()
     if target_drjit(processor) != processor.lanes:

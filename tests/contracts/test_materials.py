@@ -13,8 +13,8 @@ from nacre.analytic.model import AnalyticBrdf
 from nacre.brdf import Brdf, CosineSampler, _validity, eval_formula, pdf_formula, sample_formula
 from nacre.compile.pairs import compiled
 from nacre.errors import NacreError
+from nacre.mitsuba import bsdf
 from nacre.neural import Layer, NeuralBrdf
-from nacre.render import bsdf
 from nacre.sampling import UniformSampler, check_isotropic
 from tests.contracts.classes import concrete
 from tests.contracts.directions import awkward_pairs, extreme_directions, pairs, views

@@ -63,10 +63,10 @@ def _texture(material: Brdf, path: Path) -> None:
 
 def _photograph(material: Brdf, path: Path) -> None:
     """A sphere under a sky, or the sky."""
-    from nacre.render.environment import Environment
-    from nacre.render.lights import EnvironmentLight
-    from nacre.render.preview import write_image
-    from nacre.render.sphere import render_sphere
+    from nacre.mitsuba.environment import Environment
+    from nacre.mitsuba.lights import EnvironmentLight
+    from nacre.mitsuba.preview import write_image
+    from nacre.mitsuba.sphere import render_sphere
 
     pixels = np.full((16, 32, 3), 0.3, np.float32)
     pixels[3:6, 18:21] = 8.0

@@ -12,8 +12,8 @@ from nacre.brdf import Brdf
 from nacre.figures.lobes import lobe
 from nacre.geometry import from_spherical, join
 from tests.data import require_data
+from tests.mitsuba.reflectances import Constant, Lobe
 from tests.reflectances import Brushed
-from tests.render.reflectances import Constant, Lobe
 
 
 class Unknown(Constant):

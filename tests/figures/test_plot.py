@@ -11,7 +11,7 @@ import pytest
 from nacre.errors import FormatError, MissingExtraError, NacreError
 from nacre.figures.lobes import lobe
 from nacre.figures.plot import MAX_MATERIALS, check_plot_path, lobe_figure, write_plot
-from tests.render.reflectances import Constant, Lobe
+from tests.mitsuba.reflectances import Constant, Lobe
 
 pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
 

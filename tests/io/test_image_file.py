@@ -15,7 +15,7 @@ import pytest
 from nacre.errors import FormatError, NacreError
 from nacre.io import image_file
 from nacre.io.image_file import HEADER_LIMIT, PIXEL_LIMIT, check_pixel_count, decode, read_header
-from nacre.render.environment import load_environment
+from nacre.mitsuba.environment import load_environment
 from nacre.textures.height_file import read_heights
 from tests.specimens.images import png_bytes
 
@@ -177,8 +177,8 @@ os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
 import numpy as np
 from pathlib import Path
 from nacre.io.image_file import decode, read_header
-from nacre.render.environment import load_environment
-from nacre.render.preview import write_image
+from nacre.mitsuba.environment import load_environment
+from nacre.mitsuba.preview import write_image
 path = Path(sys.argv[1])
 picture = np.full((4, 6, 3), 0.5)
 write_image(picture, path)

@@ -9,7 +9,7 @@ import pytest
 
 from nacre.errors import FormatError
 from nacre.io.image_file import read_bitmap
-from nacre.render.environment import load_environment
+from nacre.mitsuba.environment import load_environment
 from nacre.textures.height_file import read_heights
 from tests.variants import require_mitsuba
 

@@ -13,7 +13,7 @@ from nacre.figures import picture
 from nacre.figures.difference_sheet import Row
 from nacre.figures.page import magma, scale_end
 from nacre.metrics import Comparison, compare
-from tests.render.reflectances import Constant, Lobe
+from tests.mitsuba.reflectances import Constant, Lobe
 
 pytest.importorskip("skimage", reason="needs the extra 'render'")
 pytest.importorskip("flip_evaluator", reason="needs the extra 'render'")
@@ -92,7 +92,7 @@ def test04c_shadows_are_drawn_smoothly_and_measured_as_they_are(monkeypatch):
     """The sheet smooths what it draws; figures, maps and pictures of the comparison stay."""
     from nacre.figures import comparison_sheet
     from nacre.metrics.metrics import image_errors
-    from nacre.render.sphere import render_sphere
+    from nacre.mitsuba.sphere import render_sphere
 
     drawn: list[Row] = []
     monkeypatch.setattr(

@@ -13,8 +13,8 @@ from nacre.brdf import Brdf
 from nacre.metrics.facts import UNITS, physical_facts
 from nacre.metrics.physics import albedo, anisotropy, known_fraction, reciprocity_error
 from tests.data import require_data
+from tests.mitsuba.reflectances import Constant, Lobe, Tilted
 from tests.reflectances import Brushed
-from tests.render.reflectances import Constant, Lobe, Tilted
 from tests.variants import require_mitsuba
 
 

@@ -26,8 +26,8 @@ from nacre.sampling.energy import albedos, certify
 from nacre.sampling.projection import LIMIT, Projection
 from tests.analytic.materials import EXAMPLES
 from tests.cli.support import assert_refused
+from tests.mitsuba.reflectances import Constant, Lobe, Tilted, network
 from tests.reflectances import Beckmann, Brushed, Glossy, Rotated
-from tests.render.reflectances import Constant, Lobe, Tilted, network
 from tests.scans import scan
 from tests.tiers import tiered
 

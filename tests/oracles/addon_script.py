@@ -9,7 +9,7 @@
 
 `addon` installs the add-on, imports all files of a folder, and makes it a library. `script` runs a
 script; it and `addon` render a sphere of each material in the directional light of
-`nacre.render.sphere`; `asset` runs a script that makes an asset twice, the second time on what a
+`nacre.mitsuba.sphere`; `asset` runs a script that makes an asset twice, the second time on what a
 user changed; `sky` renders one under an environment map. `library` opens a library;
 `hostile` imports the files of a folder one by one. What they find goes to OUT.json, pictures of
 shape (materials, size, size, 3) or thumbnails to OUT.npy.
@@ -117,7 +117,7 @@ def _plain(socket: Any) -> Any:
 
 
 def sky(source: str, environment: str, size: str, samples: str, out: str) -> None:
-    """Run a script; render under a map as :mod:`nacre.render.environment` has it."""
+    """Run a script; render under a map as :mod:`nacre.mitsuba.environment` has it."""
     _ball(int(size), int(samples))
     runpy.run_path(source, run_name="__main__")
     scene = bpy.context.scene
@@ -213,7 +213,7 @@ def _message(call: Any) -> str:
 
 
 def _ball(size: int, samples: int) -> None:
-    """A scene of one sphere, seen as by `nacre.render.sphere`."""
+    """A scene of one sphere, seen as by `nacre.mitsuba.sphere`."""
     scene = _scene((size, size), samples)
     scene.cycles.shading_system = False
     scene.render.use_persistent_data = True

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Weights
-from nacre.render.environment import Environment
+from nacre.mitsuba.environment import Environment
 
 VARIABLE = "NACRE_BLENDER_PYTHON"
 """Environment variable with the path of a Python that can import `bpy`."""
@@ -59,7 +59,7 @@ def sphere(shader: str, size: int, samples: int) -> Weights:
     """A sphere that emits the radiance of the shader `NAME_lit` of an export.
 
     Linear RGB, float32 of shape (size, size, 3), in the light and view of
-    :mod:`nacre.render.sphere`. RuntimeError as for :func:`shade`.
+    :mod:`nacre.mitsuba.sphere`. RuntimeError as for :func:`shade`.
     """
     with tempfile.TemporaryDirectory() as folder:
         return _run(Path(folder), "sphere", shader, size, samples)[0]
@@ -69,7 +69,7 @@ def closures(shader: str, size: int, samples: int, environment: Environment) -> 
     """A sphere whose surface is the output BSDF of a shader, by Cycles' own light transport.
 
     Linear RGB, float32 of shape (2, size, size, 3): in the light and view of
-    :mod:`nacre.render.sphere`, then in the environment. RuntimeError as for :func:`shade`.
+    :mod:`nacre.mitsuba.sphere`, then in the environment. RuntimeError as for :func:`shade`.
     """
     height, width = environment.pixels.shape[:2]
     # Cycles: u = 1/2 - azimuth about z / (2 pi), and v = 1/2 + elevation / pi.

@@ -9,9 +9,9 @@ import numpy as np
 from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.color import tone_map
-from nacre.export import TARGETS
-from nacre.render.lights import DirectionalLight
-from nacre.render.sphere import SIZE, frames, sphere_normals
+from nacre.mitsuba.lights import DirectionalLight
+from nacre.mitsuba.sphere import SIZE, frames, sphere_normals
+from nacre.targets import TARGETS
 from tests.oracles.surface_shader import SurfaceShader
 
 

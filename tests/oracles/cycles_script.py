@@ -12,7 +12,7 @@ Prints the seconds of each render; there is one more at the end, of the first ou
 compiled.
 
 `sphere`: the shader `NAME_lit` of an export, as emission of a sphere; OUT gets shape
-(size, size, 3). Light and view are those of `nacre.render.sphere`.
+(size, size, 3). Light and view are those of `nacre.mitsuba.sphere`.
 
 `closures`: the output BSDF of the shader, as the surface of the same sphere, at one bounce, under
 a sun of irradiance pi and then in an environment whose picture, in Cycles' own layout, is a `.npy`

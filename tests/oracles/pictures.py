@@ -11,13 +11,13 @@ import numpy as np
 from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.color import tone_map
-from nacre.export import TARGETS, identifier
-from nacre.render.engine import mitsuba
-from nacre.render.lights import DirectionalLight
-from nacre.render.plugins import bsdf
-from nacre.render.preview import render_scene
-from nacre.render.scene import directional, path_traced
-from nacre.render.sphere import MARGIN, frames, sphere_normals
+from nacre.mitsuba.engine import mitsuba
+from nacre.mitsuba.lights import DirectionalLight
+from nacre.mitsuba.plugins import bsdf
+from nacre.mitsuba.preview import render_scene
+from nacre.mitsuba.scene import directional, path_traced
+from nacre.mitsuba.sphere import MARGIN, frames, sphere_normals
+from nacre.targets import TARGETS, identifier
 from tests.oracles.runner import Runner
 
 SIZE = 256

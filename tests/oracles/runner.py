@@ -25,7 +25,7 @@ class Runner(abc.ABC):
     """A tool that executes the output of a target."""
 
     target: ClassVar[str]
-    """Name of the target in :data:`nacre.export.TARGETS`."""
+    """Name of the target in :data:`nacre.targets.TARGETS`."""
     title: ClassVar[str]
     """The tool, as tables name it: "g++", "Chromium (WebGL2)"."""
     functions: ClassVar[tuple[str, ...]] = ("eval", "pdf", "sample")
@@ -46,7 +46,7 @@ class Runner(abc.ABC):
         Parameters
         ----------
         files, name
-            Output of :meth:`nacre.export.Target.files`, and the identifier it was given.
+            Output of :meth:`nacre.targets.Target.files`, and the identifier it was given.
         function
             "eval" or "pdf" of (wi, wo), or "sample" of (wo, u).
         a, b

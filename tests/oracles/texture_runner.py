@@ -8,10 +8,10 @@ from typing import ClassVar
 
 from nacre.array import Weights
 from nacre.btf import Btf
-from nacre.export import TARGETS
-from nacre.export.textures import TextureAtlas
-from nacre.export.textures.target import TextureTarget
 from nacre.registry import Registry
+from nacre.targets import TARGETS
+from nacre.targets.textures import TextureAtlas
+from nacre.targets.textures.target import TextureTarget
 from tests.oracles.textures import Points, read_ktx2
 
 FUNCTIONS: Mapping[str, tuple[str, int]] = {
@@ -38,7 +38,7 @@ class TextureRunner(abc.ABC):
     """A tool that executes the output of a target."""
 
     target: ClassVar[str]
-    """Name of the target in :data:`nacre.export.TARGETS`."""
+    """Name of the target in :data:`nacre.targets.TARGETS`."""
     title: ClassVar[str]
     """The tool, as tables name it."""
     functions: ClassVar[tuple[str, ...]] = tuple(FUNCTIONS)
@@ -55,7 +55,7 @@ class TextureRunner(abc.ABC):
         Parameters
         ----------
         files, name
-            Output of :meth:`nacre.export.Target.files`, and the identifier it was given.
+            Output of :meth:`nacre.targets.Target.files`, and the identifier it was given.
         function
             One of :data:`FUNCTIONS`; "sample" takes its random numbers in place of lights.
 

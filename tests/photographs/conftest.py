@@ -1,5 +1,5 @@
 """Fixtures of the rendering tests that tests of photographs use too."""
 
-from tests.render.conftest import rgb
+from tests.mitsuba.conftest import rgb
 
 __all__ = ["rgb"]

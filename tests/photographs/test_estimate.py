@@ -13,10 +13,10 @@ import pytest
 from nacre.errors import FormatError, NacreError
 from nacre.latent import pretrained_basis, save_basis
 from nacre.latent.estimates import COUNT, Estimate, plausible
+from nacre.mitsuba.preview import write_image
 from nacre.neural import Layer, NeuralBrdf
 from nacre.photographs import estimate as work
 from nacre.photographs.recording import Recording
-from nacre.render.preview import write_image
 from tests.latent.made import basis as pca_basis
 from tests.latent.made import random_basis
 from tests.variants import require_mitsuba

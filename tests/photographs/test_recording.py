@@ -12,10 +12,10 @@ import pytest
 import nacre
 from nacre.analytic import Ggx
 from nacre.errors import NacreError
+from nacre.mitsuba.environment import Environment
+from nacre.mitsuba.lights import EnvironmentLight
+from nacre.mitsuba.sphere import render_sphere
 from nacre.photographs.recording import Recording, block, record, shrunk, sphere_scene
-from nacre.render.environment import Environment
-from nacre.render.lights import EnvironmentLight
-from nacre.render.sphere import render_sphere
 
 SIZE = 16
 PAINT = Ggx(diffuse=(0.3, 0.1, 0.05), specular=(0.05, 0.06, 0.07), roughness=0.3)
@@ -46,7 +46,7 @@ def envmap(mi: Any) -> dict[str, Any]:
 
 def loaded(mi: Any, light: Any, material: Any, **more: Any) -> Any:
     scene = sphere_scene(light, SIZE)
-    scene["shape"]["bsdf"] = nacre.render.bsdf(material)
+    scene["shape"]["bsdf"] = nacre.mitsuba.bsdf(material)
     scene["integrator"] = {"type": "path", "max_depth": 8 if more else 2}
     return mi.load_dict(scene | more)
 

@@ -9,7 +9,7 @@ import pytest
 
 from nacre.brdf import Brdf
 from nacre.sampling.moment import Proposal, propose, second_moment
-from tests.render.reflectances import Constant
+from tests.mitsuba.reflectances import Constant
 
 
 def test_weights_are_squares_relative_to_albedos_of_channels() -> None:

@@ -9,20 +9,20 @@ import pytest
 
 from nacre.analytic import Ggx
 from nacre.analytic.lambert import Lambert
-from nacre.export import TARGETS
-from nacre.render.environment import load_environment
-from nacre.render.lights import DirectionalLight
-from nacre.render.sphere import SIZE, render_sphere
+from nacre.mitsuba.environment import load_environment
+from nacre.mitsuba.lights import DirectionalLight
+from nacre.mitsuba.sphere import SIZE, render_sphere
 from nacre.runtime.progress import silent
 from nacre.sampling.energy import albedos
 from nacre.standard import closure_fit
 from nacre.standard.closures import NODES, Closures
+from nacre.targets import TARGETS
 from tests.analytic.materials import EXAMPLES
 from tests.data import require_data
-from tests.export.support import needs
 from tests.measured.support import hemisphere
 from tests.oracles import blender, closures
 from tests.oracles.runners import opengl
+from tests.targets.support import needs
 
 MIXTURE = EXAMPLES["closures"]
 

@@ -9,7 +9,7 @@ import pytest
 
 from nacre.standard.disney import AnisotropicDisney
 from tests.measured.support import hemisphere
-from tests.render.reflectances import interaction
+from tests.mitsuba.reflectances import interaction
 from tests.variants import require_mitsuba
 
 

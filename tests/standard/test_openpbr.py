@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nacre.export.program import Function
 from nacre.standard.openpbr import AnisotropicOpenPbr, OpenPbr
+from nacre.targets.program import Function
 from tests.analytic.materials import EXAMPLES
 from tests.oracles import openpbr
 from tests.oracles.runners import opengl

@@ -10,8 +10,8 @@ from nacre.array import Table
 from nacre.standard.lookup import interpolate
 from nacre.standard.metal_fresnel import metal, metal_at_82, metal_dip
 from nacre.standard.principled import AnisotropicFilmPrincipled, Principled
-from tests.export.support import needs
 from tests.oracles import blender, principled
+from tests.targets.support import needs
 
 NODE = {p.name: principled.PLAIN[p.name] for p in Principled.parameters}
 WHITE = (1.0, 1.0, 1.0)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from nacre.render.environment import Environment
+from nacre.mitsuba.environment import Environment
 from nacre.viewer.content import Content, Entry
 
 _SECONDS = 180.0

@@ -16,14 +16,14 @@ from nacre.color import tone_map
 from nacre.figures.page import magma
 from nacre.formats import load_brdf
 from nacre.metrics import angular_errors, image_errors
-from nacre.render.lights import DirectionalLight
-from nacre.render.sphere import render_sphere
-from nacre.render.studio import studio
+from nacre.mitsuba.lights import DirectionalLight
+from nacre.mitsuba.sphere import render_sphere
+from nacre.mitsuba.studio import studio
 from nacre.viewer.content import Entry
 from tests.analytic.materials import EXAMPLES
-from tests.export.test_kinds import network
 from tests.measured.support import material, tensor_bytes
 from tests.specimens.tables import mbsdf_file
+from tests.targets.test_kinds import network
 from tests.tiers import tiered
 from tests.viewer.tab import Tab, page
 from tests.viewer.test_tables import merl_file

@@ -16,14 +16,14 @@ import numpy as np
 import pytest
 
 from nacre.color import srgb_to_linear
+from nacre.mitsuba.lights import DirectionalLight
+from nacre.mitsuba.sphere import render_sphere
 from nacre.neural.file import save
 from nacre.neural.nbrdf import HIDDEN, NeuralBrdf
 from nacre.numerics.mlp import Layer
-from nacre.render.lights import DirectionalLight
-from nacre.render.sphere import render_sphere
 from nacre.sampling import GgxLobe, GgxMixture
 from nacre.viewer.component import component
-from tests.export.support import needs
+from tests.targets.support import needs
 from tests.viewer.tab import patient, until
 from tests.viewer.test_page import AXE
 from tests.viewer.test_programs import mixture, network

@@ -15,17 +15,17 @@ import pytest
 
 from nacre.errors import FormatError
 from nacre.formats import formats
+from nacre.mitsuba.studio import studio
 from nacre.neural.file import encode
 from nacre.neural.inputs import INPUTS, input_count, rotates_half_vector
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.numerics.mlp import Layer
-from nacre.render.studio import studio
 from nacre.viewer.content import Entry
 from tests.analytic.materials import EXAMPLES
-from tests.export.test_kinds import WRITTEN, network
 from tests.measured.support import hemisphere
 from tests.specimens import SPECIMENS, mutated
 from tests.specimens.tables import mbsdf_file
+from tests.targets.test_kinds import WRITTEN, network
 from tests.tiers import tiered
 from tests.viewer.tab import Tab, page, wait_for
 from tests.viewer.test_tables import VALUES as EVALUATED

@@ -19,9 +19,9 @@ from nacre.brdf import Brdf
 from nacre.figures.lobes import lobe
 from nacre.geometry import from_spherical, join
 from nacre.metrics.physics import albedo
-from nacre.render.environment import Environment
+from nacre.mitsuba.environment import Environment
 from nacre.viewer.content import Entry
-from tests.render.reflectances import network
+from tests.mitsuba.reflectances import network
 from tests.viewer.tab import Tab, page
 
 MATERIALS: dict[str, Brdf] = {

@@ -15,9 +15,9 @@ import pytest
 from nacre.analytic import Ggx
 from nacre.brdf import Brdf
 from nacre.color import tone_map
+from nacre.mitsuba.lights import DirectionalLight
+from nacre.mitsuba.sphere import render_sphere
 from nacre.objects.described import Described
-from nacre.render.lights import DirectionalLight
-from nacre.render.sphere import render_sphere
 from nacre.viewer.notebook import live
 from nacre.viewer.widget import content_of, module
 from tests.viewer.tab import Tab, until

@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from nacre.render.studio import studio
+from nacre.mitsuba.studio import studio
 from nacre.viewer.content import Entry
 from tests.analytic.materials import EXAMPLES
-from tests.export.support import needs
+from tests.targets.support import needs
 from tests.tiers import tiered
 from tests.viewer.tab import Tab, page
 

@@ -14,9 +14,9 @@ import nacre
 from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.color import tone_map
+from nacre.mitsuba.environment import Environment
+from nacre.mitsuba.studio import studio
 from nacre.neural import Recipe
-from nacre.render.environment import Environment
-from nacre.render.studio import studio
 from nacre.viewer.content import MAP_SIZE, Entry
 from tests.analytic.materials import EXAMPLES
 from tests.oracles.pictures import rendered as rendered_by_mitsuba

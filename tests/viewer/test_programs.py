@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from nacre.brdf import Sampler
+from nacre.mitsuba.studio import studio
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.numerics.mlp import Layer
-from nacre.render.studio import studio
 from nacre.sampling import BlinnPhongMixture, GgxLobe, GgxMixture
 from nacre.viewer.content import Entry
 from tests.oracles.pairs import pairs

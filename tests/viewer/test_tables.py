@@ -16,7 +16,7 @@ from nacre.brdf import Brdf
 from nacre.formats import load_brdf
 from nacre.geometry import split
 from nacre.measured.merl import load as load_merl
-from nacre.render.studio import studio
+from nacre.mitsuba.studio import studio
 from nacre.viewer.content import Entry
 from nacre.viewer.tables import SAMPLER, halves
 from tests.data import require_data

@@ -14,18 +14,18 @@ import pytest
 from nacre.array import Floats
 from nacre.btf import TableBtf
 from nacre.errors import NacreError
-from nacre.export.textures import TextureAtlas
-from nacre.export.textures.accuracy import mean_squared_error
-from nacre.render.studio import studio
+from nacre.mitsuba.studio import studio
+from nacre.targets.textures import TextureAtlas
+from nacre.targets.textures.accuracy import mean_squared_error
 from nacre.textures.codecs.codec import on_all_cores
 from nacre.textures.latent_map import LatentMap, NeuralBtf
 from nacre.textures.mipmap import filtered_reflectance
 from nacre.viewer.content import Content, Entry
 from nacre.viewer.textures import LARGEST, RESOLUTION, PageTexture, Rounded
 from tests.analytic.materials import EXAMPLES
-from tests.export import made_texture
 from tests.oracles.runners import browser
 from tests.specimens.tables import mbsdf_file
+from tests.targets import made_texture
 from tests.variants import require_mitsuba
 from tests.viewer.tab import Tab
 from tests.viewer.test_page import AXE
@@ -147,7 +147,7 @@ def test_a_plane_shows_what_codes_decode_to(shown: Tab, name: str) -> None:
 
 def test_relief_is_met_where_a_render_meets_it(shown: Tab) -> None:
     mi = require_mitsuba()
-    from nacre.render.textures.relief import Relief
+    from nacre.mitsuba.textures.relief import Relief
 
     turn, light = turned(0.8, 0.3), unit(0.2, 0.5, 0.8)
     uv, inside = on_plane(turn)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from nacre.errors import NacreError
-from nacre.export import TARGETS, Target
 from nacre.formats import load
 from nacre.metrics import compare
 from nacre.standard.openpbr import OpenPbr
+from nacre.targets import TARGETS, Target
 from nacre.workflows import places
 from nacre.workflows.places import PLACES, Representation, export_to_place
 from tests.analytic.materials import EXAMPLES

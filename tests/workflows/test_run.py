@@ -149,7 +149,7 @@ def test_code_is_of_the_reader_the_fit_and_the_writer(folder, changed):
     fittings = QUICK, LAMBERT
     before = [fitting.code(folder / "a.binary") for fitting in fittings]
     for paths, expected in (
-        (("render/network.py", "measured/rgl.py", "cli/fit.py"), [False, False]),
+        (("mitsuba/network.py", "measured/rgl.py", "cli/fit.py"), [False, False]),
         (("neural/training.py",), [True, False]),
         (("analytic/lambert.py",), [False, True]),
         (("measured/raw.py",), [True, True]),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar
 
-from nacre.export.source import Language, SourceTarget
+from nacre.targets.source import Language, SourceTarget
 
 _MATH = "sqrt", "floor", "abs", "exp", "log", "sin", "cos"
 

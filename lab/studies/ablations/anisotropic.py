@@ -5,7 +5,7 @@ three directions, satin, a car paint whose flakes lie along a direction, and a w
 threads. And three virtual measurements of Mitsuba materials on the grids of RGL files, in memory,
 as `nacre measure bsdf` makes them.
 
-Protocol: the deterministic sphere of :mod:`nacre.render.sphere`, 128 x 128, under an environment
+Protocol: the deterministic sphere of :mod:`nacre.mitsuba.sphere`, 128 x 128, under an environment
 map and a directional light, as in `lab.studies.speed.fidelity`. A table has the means over
 materials and seeds of each method, and the worst material; another a row per material.
 `--pictures` writes a sheet of each first fit.
@@ -40,7 +40,7 @@ from nacre.figures import picture
 from nacre.measured.rgl import tabulate
 from nacre.measuring.virtual import MitsubaBrdf
 from nacre.metrics import compare
-from nacre.render.preview import write_bytes
+from nacre.mitsuba.preview import write_bytes
 from nacre.sampling import LobeSampledBrdf
 from tests.oracles.reflectances import Beckmann
 

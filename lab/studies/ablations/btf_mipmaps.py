@@ -29,7 +29,7 @@ from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.formats import load_btf
 from nacre.measured.textures.directions import from_degrees
-from nacre.render.preview import write_image
+from nacre.mitsuba.preview import write_image
 from nacre.textures import LatentMap
 from nacre.textures.codecs import load_codec
 from nacre.textures.codecs.basis import BasisCodec

@@ -26,7 +26,7 @@ from scipy.stats import spearmanr
 from lab.studies.study import Study
 from nacre.array import Floats
 from nacre.measured.textures.directions import from_degrees
-from nacre.render.preview import write_image
+from nacre.mitsuba.preview import write_image
 from nacre.textures import LatentMap, NeuralBtf, load_latent_map
 from nacre.textures.synthesis import blend, synthesize
 from nacre.textures.synthesis.quilted_map import texel_features

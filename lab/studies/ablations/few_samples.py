@@ -36,8 +36,8 @@ from nacre.measured.scattered import ScatteredBrdf
 from nacre.measuring import Design, Exposures, Instrument
 from nacre.metrics import albedo
 from nacre.metrics.comparison import plausible_views
+from nacre.mitsuba.sphere import standard_lights
 from nacre.numerics.direction_samples import DirectionSamples
-from nacre.render.sphere import standard_lights
 from nacre_lab.reproduce.codes import CodeSettings, bases, split
 
 COUNTS = 1, 2, 4, 8, 16, 20, 32, 64, 100

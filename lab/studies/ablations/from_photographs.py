@@ -32,12 +32,12 @@ from nacre.errors import require
 from nacre.latent import save_basis
 from nacre.measuring.virtual import MitsubaBrdf
 from nacre.metrics.metrics import image_errors
+from nacre.mitsuba.engine import mitsuba
+from nacre.mitsuba.lights import EnvironmentLight
+from nacre.mitsuba.plugins import bsdf, register
+from nacre.mitsuba.sphere import render_sphere
+from nacre.mitsuba.surroundings import ENVIRONMENTS
 from nacre.photographs.estimate import Photographed, Setting, estimate_from_photographs
-from nacre.render.engine import mitsuba
-from nacre.render.lights import EnvironmentLight
-from nacre.render.plugins import bsdf, register
-from nacre.render.sphere import render_sphere
-from nacre.render.surroundings import ENVIRONMENTS
 from nacre_lab.reproduce.codes import CodeSettings, bases, split
 
 TABLES = "acrylic_felt_green", "cc_ibiza_sunset", "colodur_napoli_4f", "satin_rosaline"

@@ -4,7 +4,7 @@
 keeps them as it does. Every network in a folder is a material, tabulated from the network, never
 measured. A seeded fifth of them is held out; the others give the bases (:mod:`nacre.latent`). Each
 held-out material is rendered from its network and from its code by the protocol of
-:mod:`nacre.render.sphere`, under an environment map and under a directional light, at 64 x 64
+:mod:`nacre.mitsuba.sphere`, under an environment map and under a directional light, at 64 x 64
 pixels and from 96 directions unless told otherwise.
 
 - `--samples N ...`: codes come from so many random samples of the material, uniform in the

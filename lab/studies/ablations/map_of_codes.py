@@ -31,9 +31,9 @@ from nacre.brdf import Brdf
 from nacre.latent import NeuralBasis
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.metrics.metrics import image_errors
+from nacre.mitsuba.engine import mitsuba
+from nacre.mitsuba.plugins import bsdf, register
 from nacre.numerics.direction_samples import DirectionSamples
-from nacre.render.engine import mitsuba
-from nacre.render.plugins import bsdf, register
 from nacre.runtime.parallel import thread_map
 from nacre.textures.capture.patterns import noise
 from nacre_lab.reproduce.codes import CodeSettings, bases, split

@@ -10,7 +10,7 @@ a floor under the environment), same number of samples. Columns of the printed t
 - PSNR without the noise: the mean product of the differences of two independent pairs of
   renderings, in place of the mean square of one (noise averages out of it), with the bound that
   two standard errors leave where the estimate is not above them;
-- PSNR and FLIP of the deterministic sphere (:mod:`nacre.render.sphere`, no noise) under the
+- PSNR and FLIP of the deterministic sphere (:mod:`nacre.mitsuba.sphere`, no noise) under the
   environment and under the directional light, both tables read by nacre;
 - size of the `.bsdf`, and seconds that `nacre convert` took.
 
@@ -38,7 +38,7 @@ from nacre.color import tone_map
 from nacre.figures.page import Bytes, Page, magma
 from nacre.metrics import compare
 from nacre.metrics.metrics import image_errors
-from nacre.render.preview import render_preview, write_bytes
+from nacre.mitsuba.preview import render_preview, write_bytes
 
 FLIP_SCALE = 0.1
 COLUMNS = 2

@@ -150,8 +150,8 @@ def relative_times(
     }
     for name, fit in SAMPLERS.items():
         own = fit(table)
-        bsdfs[name, "table"] = nacre.render.bsdf(table.replaced(sampler=own))
-        bsdfs[name, "network"] = nacre.render.bsdf(network.replaced(sampler=own))
+        bsdfs[name, "table"] = nacre.mitsuba.bsdf(table.replaced(sampler=own))
+        bsdfs[name, "network"] = nacre.mitsuba.bsdf(network.replaced(sampler=own))
     scenes = {key: timed_scene(mi, bsdf, options.timed_size) for key, bsdf in bsdfs.items()}
     times: dict[tuple[str, str], list[float]] = {key: [] for key in scenes}
     for seed in range(options.rounds + 2):
@@ -174,7 +174,7 @@ def errors(mi: Any, material: str, options: argparse.Namespace) -> dict[str, dic
     bsdfs: dict[str, Any] = {MEASURED: mi.load_dict({"type": "measured", "filename": str(path)})}
     samplers = SAMPLERS | predicted(options.basis)
     for name, fit in samplers.items():
-        bsdfs[name] = nacre.render.bsdf(table.replaced(sampler=fit(table)))
+        bsdfs[name] = nacre.mitsuba.bsdf(table.replaced(sampler=fit(table)))
     return {
         name: {light: noise(mi, bsdf, light, options.size, options.repetitions) for light in LIGHTS}
         for name, bsdf in bsdfs.items()
@@ -234,7 +234,7 @@ def main() -> None:
     study.add_argument("--basis", default="neural", help="neural basis that predicts lobes")
     options = study.options()
     every = [path.stem.removesuffix("_rgb") for path in rgl_tables("*_rgb.bsdf")]
-    mi = nacre.render.mitsuba()
+    mi = nacre.mitsuba.mitsuba()
     results: Results = {"errors": {}, "times": {}}
     steps = {
         "errors": (errors, options.materials or study.few(every)),

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize
 
-import nacre.render
+import nacre.mitsuba
 from lab.studies.study import Study
 
 Matrix = npt.NDArray[np.float64]
@@ -28,7 +28,7 @@ DIGITS = 5
 
 def response() -> Matrix:
     """Linear Rec. 709 color under D65 of a unit value at each node, shape (3, nodes)."""
-    mi = nacre.render.mitsuba("llvm_ad_spectral")
+    mi = nacre.mitsuba.mitsuba("llvm_ad_spectral")
     fine = np.arange(360.0, 831.0, 1.0)
     interaction = mi.SurfaceInteraction3f()
     interaction.wavelengths = mi.Float(fine)

@@ -6,7 +6,7 @@ Each source is written with `nacre.save`, read again and held against itself:
   the mean, whichever is larger: median and 95th percentile;
 - the sum of what an RGL table interpolates below 0, relative to the sum of f_r cos over pairs whose
   light the table itself draws: nacre clamps it, Mitsuba's `measured` does not;
-- PSNR of the deterministic sphere (:mod:`nacre.render.sphere`, 96 pixels, 256 light directions)
+- PSNR of the deterministic sphere (:mod:`nacre.mitsuba.sphere`, 96 pixels, 256 light directions)
   under the environment and under the directional light. The sphere knows views and lights up to the
   horizon, which a UTIA table has to extrapolate from 75 degrees.
 

@@ -1,6 +1,6 @@
 """Mixtures of closures in the renderers that they are for, beside what they were fitted to.
 
-Spheres of 128 pixels in the light and view of :mod:`nacre.render.sphere`, and in the museum: PSNR
+Spheres of 128 pixels in the light and view of :mod:`nacre.mitsuba.sphere`, and in the museum: PSNR
 of display values over the sphere, directional / environment.
 
 - fit: the mixture, evaluated by nacre, against the table;
@@ -14,8 +14,8 @@ from __future__ import annotations
 import nacre
 from lab.studies.study import Study, log, museum, rgl_tables
 from nacre.analytic import MODELS, fit
-from nacre.export import TARGETS
-from nacre.render.sphere import SIZE, render_sphere, standard_lights
+from nacre.mitsuba.sphere import SIZE, render_sphere, standard_lights
+from nacre.targets import TARGETS
 from tests.oracles import blender
 from tests.oracles.closures import materialx, psnr
 

@@ -14,7 +14,7 @@ from functools import cache
 from lab.studies.study import Study, log
 from nacre.array import Floats
 from nacre.errors import NacreError
-from nacre.export import TARGETS, identifier
+from nacre.targets import TARGETS, identifier
 from tests.oracles.materials import MATERIALS, material
 from tests.oracles.pairs import COUNT, pairs
 from tests.oracles.runner import RUNNERS, Runner, reference, worst_error

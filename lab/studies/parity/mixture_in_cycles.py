@@ -3,7 +3,7 @@
     NACRE_BLENDER_PYTHON=... python -m lab.studies.parity.mixture_in_cycles [FILE ...] [--samples N]
 
 Each material becomes a script for Blender, whose Cycles renders the sphere of
-:mod:`nacre.render.sphere` in the museum's light and in the directional light, through the same
+:mod:`nacre.mitsuba.sphere` in the museum's light and in the directional light, through the same
 points. Beside it are the material itself and the mixture, both as NumPy renders them. Writes a
 table of PSNR and a sheet `NAME.png` for each: material, mixture in Cycles, FLIP.
 """
@@ -21,15 +21,15 @@ from lab.studies.study import Study, log, museum, rgl_tables
 from nacre.array import Weights
 from nacre.brdf import Brdf
 from nacre.color import tone_map
-from nacre.export import TARGETS
 from nacre.figures.difference_sheet import Row, difference_sheet
 from nacre.figures.page import scale_end
 from nacre.metrics.metrics import image_errors
-from nacre.render.lights import Light
-from nacre.render.preview import write_bytes
-from nacre.render.sphere import SIZE, render_sphere, standard_lights
+from nacre.mitsuba.lights import Light
+from nacre.mitsuba.preview import write_bytes
+from nacre.mitsuba.sphere import SIZE, render_sphere, standard_lights
 from nacre.standard.closures import Closures
 from nacre.standard.fitted import fitted
+from nacre.targets import TARGETS
 from tests.oracles import blender
 from tests.oracles.blender_addon import run
 

@@ -11,9 +11,9 @@ from __future__ import annotations
 from lab.studies.study import Study, log
 from nacre.array import Floats
 from nacre.color import tone_map
-from nacre.export import TARGETS, identifier
 from nacre.figures.page import Page
-from nacre.render.preview import write_bytes
+from nacre.mitsuba.preview import write_bytes
+from nacre.targets import TARGETS, identifier
 from tests.oracles import blender
 from tests.oracles.materials import MATERIALS, material
 from tests.oracles.pictures import SIZE, executed, psnr, rendered

@@ -3,7 +3,7 @@
     NACRE_BLENDER_PYTHON=... python -m lab.studies.parity.standard_pictures -o docs/images
     ... -m lab.studies.parity.standard_pictures carpaint_red.mbsdf --name carpaint -o docs/images
 
-Writes one picture: the sphere of :mod:`nacre.render.sphere`. The closure mixture is rendered by
+Writes one picture: the sphere of :mod:`nacre.mitsuba.sphere`. The closure mixture is rendered by
 Cycles of the exported script, the others by their formulas, which other programs have checked. PSNR
 and FLIP are of the material itself.
 """
@@ -20,8 +20,8 @@ from nacre.array import Weights
 from nacre.color import tone_map
 from nacre.figures.page import Page
 from nacre.metrics.metrics import image_errors
-from nacre.render.preview import write_bytes
-from nacre.render.sphere import render_sphere, standard_lights
+from nacre.mitsuba.preview import write_bytes
+from nacre.mitsuba.sphere import render_sphere, standard_lights
 from nacre.standard.closures import Closures
 from nacre.standard.fitted import fitted
 from nacre.standard.gltf import Gltf

@@ -20,14 +20,14 @@ from nacre import Recipe
 from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.color import srgb_to_linear, tone_map
-from nacre.export import TARGETS, identifier
 from nacre.formats import load_brdf
-from nacre.render import bsdf
-from nacre.render.engine import mitsuba
-from nacre.render.environment import Environment, load_environment
-from nacre.render.lights import DirectionalLight
-from nacre.render.preview import render_scene, write_image
-from nacre.render.scene import camera, directional, path_traced
+from nacre.mitsuba import bsdf
+from nacre.mitsuba.engine import mitsuba
+from nacre.mitsuba.environment import Environment, load_environment
+from nacre.mitsuba.lights import DirectionalLight
+from nacre.mitsuba.preview import render_scene, write_image
+from nacre.mitsuba.scene import camera, directional, path_traced
+from nacre.targets import TARGETS, identifier
 from tests.oracles.materials import material
 from tests.oracles.runners import browser, three
 

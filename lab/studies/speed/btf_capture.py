@@ -15,7 +15,7 @@ import numpy as np
 
 from lab.studies.study import Study, log
 from nacre.measured.textures import BONN
-from nacre.render import llvm
+from nacre.mitsuba import llvm
 from nacre.runtime.parallel import core_count
 from nacre.textures.capture import Mesostructure, capture, find
 from tests.oracles.mitsuba_capture import (

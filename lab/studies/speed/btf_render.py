@@ -23,12 +23,12 @@ from typing import Any
 
 import numpy as np
 
-import nacre.render
+import nacre.mitsuba
 from lab.studies.study import Study
 from nacre.formats import load_btf
-from nacre.render.preview import render_scene
-from nacre.render.textures.plugins import texture_bsdf
-from nacre.render.textures.scene import describe_texture_scene, texture_scale
+from nacre.mitsuba.preview import render_scene
+from nacre.mitsuba.textures.plugins import texture_bsdf
+from nacre.mitsuba.textures.scene import describe_texture_scene, texture_scale
 from nacre.textures.latent_map import NeuralBtf
 
 BASELINE = "textured GGX"
@@ -48,7 +48,7 @@ class Way:
     path
         Of the texture; the baseline's bitmaps where empty.
     options
-        Of :func:`nacre.render.textures.plugins.texture_bsdf`.
+        Of :func:`nacre.mitsuba.textures.plugins.texture_bsdf`.
     """
 
     name: str
@@ -124,7 +124,7 @@ def scene(mi: Any, bsdf: Any, size: int) -> Any:
 
 def serve(way: Way, size: int, spp: int, threads: int, pipe: Any) -> None:
     """Render whenever asked, and report how long it took."""
-    mi = nacre.render.mitsuba()
+    mi = nacre.mitsuba.mitsuba()
     import drjit as dr
 
     dr.set_thread_count(threads)

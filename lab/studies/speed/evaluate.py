@@ -30,9 +30,9 @@ from lab.studies.speed.peak import peak  # noqa: E402
 from nacre import Brdf, load  # noqa: E402
 from nacre.geometry import split  # noqa: E402
 from nacre.measured import merl  # noqa: E402
+from nacre.mitsuba import mitsuba  # noqa: E402
+from nacre.mitsuba.network import BufferedNetwork  # noqa: E402
 from nacre.neural import Layer, NeuralBrdf  # noqa: E402
-from nacre.render import mitsuba  # noqa: E402
-from nacre.render.network import BufferedNetwork  # noqa: E402
 from nacre.sampling import GgxMixture  # noqa: E402
 
 _COUNT = 1 << 20

@@ -21,7 +21,7 @@ prevent_oversubscription()
 from nacre.array import Weights  # noqa: E402  (thread counts must be set before libraries load)
 from nacre.brdf import Brdf  # noqa: E402
 from nacre.errors import NacreError  # noqa: E402
-from nacre.export import TARGETS  # noqa: E402
+from nacre.targets import TARGETS  # noqa: E402
 from tests.oracles.materials import GGX, material  # noqa: E402
 from tests.oracles.pairs import pairs  # noqa: E402
 from tests.oracles.runner import RUNNERS, best_rate  # noqa: E402

@@ -1,6 +1,6 @@
 """How close fits come to measured materials, how long they take, and the published networks.
 
-Protocol: the deterministic sphere of :mod:`nacre.render.sphere`, 128 x 128, under an environment
+Protocol: the deterministic sphere of :mod:`nacre.mitsuba.sphere`, 128 x 128, under an environment
 map and a directional light. Sets of recipes:
 
 - commands: what the README shows, `nacre fit` with each preset and with the paper's inputs, against
@@ -45,10 +45,10 @@ from lab.studies.study import (
 from nacre.brdf import Brdf
 from nacre.figures import picture
 from nacre.metrics import compare
+from nacre.mitsuba.preview import write_bytes
 from nacre.neural.fit_data import SAMPLES
 from nacre.neural.recipe import PRESETS
 from nacre.numerics.mlp import RELU
-from nacre.render.preview import write_bytes
 
 _PAPER = nacre.Recipe(inputs="paper", sampling="rusinkiewicz")
 COMMANDS = {

@@ -20,7 +20,7 @@ import numpy as np
 
 from lab.studies.study import Study, log, mean_square
 from nacre.color import tone_map
-from nacre.render import mitsuba
+from nacre.mitsuba import mitsuba
 
 WAYS = {"default": (), "--no-denoise": ("--no-denoise",)}
 

@@ -70,7 +70,7 @@ def bsdfs(materials: list[str], cooperative: bool) -> dict[str, Any]:
         network = nacre.load(data("pretrained", "rgl", f"{material}_rgb.h5"))
         network = network.replaced(sampler=LOBES)
         found[f"{material}, measured"] = {"type": "measured", "filename": str(table)}
-        found[f"{material}, nbrdf"] = nacre.render.bsdf(network)
+        found[f"{material}, nbrdf"] = nacre.mitsuba.bsdf(network)
         truth = nacre.load(table)
         for name, recipe in (
             ("paper inputs", nacre.Recipe(inputs="paper", epochs=5)),
@@ -78,9 +78,9 @@ def bsdfs(materials: list[str], cooperative: bool) -> dict[str, Any]:
             ("enhanced inputs and ReLU", nacre.Recipe(activation="relu", epochs=5)),
         ):
             fitted = nacre.fit(truth, recipe).replaced(sampler=LOBES)
-            found[f"{material}, nbrdf of {name}"] = nacre.render.bsdf(fitted)
+            found[f"{material}, nbrdf of {name}"] = nacre.mitsuba.bsdf(fitted)
         if cooperative:
-            found[f"{material}, nbrdf cooperative"] = nacre.render.bsdf(
+            found[f"{material}, nbrdf cooperative"] = nacre.mitsuba.bsdf(
                 network, weights="cooperative"
             )
     return found
@@ -163,7 +163,7 @@ def main() -> None:
     study.add_argument("--json", action="store_true", help="print JSON instead of a table")
     options = study.options()
 
-    mi = nacre.render.mitsuba(options.variant)
+    mi = nacre.mitsuba.mitsuba(options.variant)
     materials = bsdfs(list(study.few(options.materials, 1)), options.cooperative)
     scenes = {name: scene(mi, bsdf, options.size) for name, bsdf in materials.items()}
     results = measure(scenes, options.rounds, options.size, options.spp)

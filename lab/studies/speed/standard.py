@@ -1,6 +1,6 @@
 """How close standard materials, closures and tables come to measured materials, and how large.
 
-Protocol: the deterministic sphere of :mod:`nacre.render.sphere`, 128 x 128, under the museum
+Protocol: the deterministic sphere of :mod:`nacre.mitsuba.sphere`, 128 x 128, under the museum
 environment and a directional light; every row is a material as its file holds it, written and read
 back. Fits see neither the museum nor its pictures. GGX and SGD are fitted on samples, with the loss
 gain of :data:`nacre_lab.reproduce.methods.GAIN`, as in docs/results/fidelity.md. With `--studio`
@@ -23,11 +23,11 @@ from lab.studies.study import Study, log, museum, rgl_tables
 from nacre import analytic
 from nacre.analytic import MODELS
 from nacre.brdf import Brdf
-from nacre.export import TARGETS
 from nacre.figures import picture
 from nacre.formats import load_brdf, save
 from nacre.metrics import compare
-from nacre.render.preview import write_bytes
+from nacre.mitsuba.preview import write_bytes
+from nacre.targets import TARGETS
 from nacre_lab.reproduce.methods import GAIN
 
 Made = tuple[Brdf, int]

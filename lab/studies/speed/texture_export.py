@@ -23,9 +23,9 @@ import nacre
 from lab.studies.study import Study, log
 from nacre.array import Floats
 from nacre.btf import Btf
-from nacre.export.textures import TextureAtlas
 from nacre.geometry import cosine_hemisphere, join, split
-from nacre.render.textures.plugins import texture_bsdf
+from nacre.mitsuba.textures.plugins import texture_bsdf
+from nacre.targets.textures import TextureAtlas
 from nacre.textures.codecs.basis.colors import join_components
 from nacre.textures.factors import CHROMAS, LUMAS, factor, grid_place
 from nacre.textures.latent_map import LatentMap

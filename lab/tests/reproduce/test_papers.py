@@ -29,10 +29,10 @@ from nacre.cli import root
 from nacre.errors import NacreError
 from nacre.latent.file import save_basis
 from nacre.measured import merl, rgl_writer
+from nacre.mitsuba.engine import mitsuba
 from nacre.neural import NeuralBrdf
 from nacre.neural.nbrdf import HIDDEN
 from nacre.neural.training import initial_layers
-from nacre.render.engine import mitsuba
 from nacre_lab.reproduce import EXPERIMENTS
 from nacre_lab.reproduce.codes import CODES
 from nacre_lab.reproduce.methods import methods

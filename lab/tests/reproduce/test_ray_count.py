@@ -6,8 +6,8 @@ import pytest
 
 pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 
-from nacre.render.engine import mitsuba as engine
-from nacre.render.scene import camera, path_traced, rgb
+from nacre.mitsuba.engine import mitsuba as engine
+from nacre.mitsuba.scene import camera, path_traced, rgb
 from nacre_lab.reproduce.kitchen import sphere
 from nacre_lab.reproduce.ray_count import rays_per_path
 

@@ -35,7 +35,7 @@ def command(reference: Path, other: Path, output: Path | None, **chosen: Any) ->
     Reflectances are compared on rendered spheres and over pairs of directions. Textures must have
     the same pairs of directions; an encoded OTHER is decoded at those of the reference.
     """
-    from nacre.render.preview import DISPLAY_IMAGES, check_image_path
+    from nacre.mitsuba.preview import DISPLAY_IMAGES, check_image_path
 
     kinds = kind_of(reference), kind_of(other)
     if kinds[0] != kinds[1]:
@@ -57,8 +57,8 @@ def _reflectances(reference: Path, other: Path, output: Path, chosen: dict[str, 
     from nacre.figures import picture
     from nacre.formats import load_brdf
     from nacre.metrics import compare
-    from nacre.render.environment import load_environment
-    from nacre.render.preview import write_bytes
+    from nacre.mitsuba.environment import load_environment
+    from nacre.mitsuba.preview import write_bytes
 
     options.check_outputs([output], [reference, other])
     line = progress(other.stem, "reading")
@@ -86,7 +86,7 @@ def _textures(reference: Path, other: Path, output: Path, chosen: dict[str, Any]
     from nacre.measured.textures.transposition import transposed
     from nacre.metrics.texture_comparison import compare_textures
     from nacre.metrics.texture_errors import UNITS
-    from nacre.render.preview import write_bytes
+    from nacre.mitsuba.preview import write_bytes
     from nacre.workflows.identity import source_files
 
     paths, pixels, seed = (reference, other), chosen["pixels"], chosen["seed"]

@@ -47,8 +47,8 @@ def command(source: Path | None, output: Path, preset: str, spp: int) -> None:
     from nacre.formats import load_brdf, save
     from nacre.measuring.virtual import MitsubaBrdf
     from nacre.metrics import compare
+    from nacre.mitsuba.preview import DISPLAY_IMAGES, check_image_path, write_bytes
     from nacre.neural import Recipe, fit
-    from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
 
     check_image_path(output, DISPLAY_IMAGES)
     output.parent.mkdir(parents=True, exist_ok=True)
@@ -90,7 +90,7 @@ def _from_environment() -> Path | None:
 
 
 def _view(brdf: Brdf, spp: int, report: Line) -> npt.NDArray[np.float32]:
-    from nacre.render.preview import render_preview
+    from nacre.mitsuba.preview import render_preview
 
     show = report.parts(f"rendering {type(brdf).__name__}", spp)
     show(0)

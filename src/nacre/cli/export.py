@@ -53,8 +53,8 @@ def command(
     For a place, such as blender, nacre writes what shows the material best there, with a readme,
     and lists the errors of the alternatives.
     """
-    from nacre.export import TARGETS, export
-    from nacre.export.textures import HeightField
+    from nacre.targets import TARGETS, export
+    from nacre.targets.textures import HeightField
     from nacre.workflows.places import PLACES
 
     if listing:
@@ -86,7 +86,7 @@ def command(
 
 
 def _print_targets() -> None:
-    from nacre.export import TARGETS
+    from nacre.targets import TARGETS
     from nacre.workflows.places import PLACES
 
     targets = [(name, member.title) for name, member in TARGETS.members()]

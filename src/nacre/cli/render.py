@@ -12,12 +12,12 @@ from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
 from nacre.cli.rendering import TEXTURE_SPP, render_reflectance, render_scene, render_texture
 from nacre.formats import describe_kind
-from nacre.render import scene
-from nacre.render.moving_light import PATHS
-from nacre.render.preview import DENOISED_SPP, MAX_SIZE, PLAIN_SPP
-from nacre.render.textures import scene as texture_scene
-from nacre.render.textures.plugins import DECODERS
-from nacre.render.textures.texels import INTERPOLATIONS
+from nacre.mitsuba import scene
+from nacre.mitsuba.moving_light import PATHS
+from nacre.mitsuba.preview import DENOISED_SPP, MAX_SIZE, PLAIN_SPP
+from nacre.mitsuba.textures import scene as texture_scene
+from nacre.mitsuba.textures.plugins import DECODERS
+from nacre.mitsuba.textures.texels import INTERPOLATIONS
 
 _SHAPES = list(dict.fromkeys((*scene.SHAPES, *texture_scene.GEOMETRIES)))
 _LIGHTS = list(dict.fromkeys((*scene.LIGHTS, *texture_scene.LIGHTS)))

@@ -11,12 +11,12 @@ import click
 
 from nacre.cli import options
 from nacre.cli.report import keyed, print_facts, progress, report
-from nacre.render import scene
-from nacre.render.textures import scene as texture_scene
+from nacre.mitsuba import scene
+from nacre.mitsuba.textures import scene as texture_scene
 
 if TYPE_CHECKING:
     from nacre.metrics.temporal import TemporalErrors
-    from nacre.render.environment import Environment
+    from nacre.mitsuba.environment import Environment
 
 TEXTURE_SPP = 64
 """Samples per pixel for a texture without denoising."""
@@ -34,14 +34,14 @@ def _check_shape(
 
 
 def _environment(path: Path | None) -> Environment | None:
-    from nacre.render.environment import load_environment
+    from nacre.mitsuba.environment import load_environment
 
     return load_environment(path) if path else None
 
 
 def render_scene(source: Path, output: Path | None, spp: int | None, seed: int) -> None:
-    from nacre.render.preview import check_image_path, write_image
-    from nacre.render.scene_file import render_file
+    from nacre.mitsuba.preview import check_image_path, write_image
+    from nacre.mitsuba.scene_file import render_file
 
     output = output or Path(f"{source.stem}.png")
     check_image_path(output)
@@ -56,7 +56,7 @@ def render_scene(source: Path, output: Path | None, spp: int | None, seed: int) 
 
 def render_reflectance(source: Path, output: Path | None, chosen: dict[str, Any]) -> None:
     from nacre.formats import load_brdf
-    from nacre.render.preview import check_image_path, default_spp, render_preview, write_image
+    from nacre.mitsuba.preview import check_image_path, default_spp, render_preview, write_image
 
     _check_shape(source, chosen, "a reflectance", scene.SHAPES, scene.LIGHTS)
     output = output or Path(f"{source.stem}.png")
@@ -86,7 +86,7 @@ def render_reflectance(source: Path, output: Path | None, chosen: dict[str, Any]
 
 def render_texture(source: Path, output: Path | None, chosen: dict[str, Any]) -> None:
     from nacre.formats import load_btf
-    from nacre.render.preview import default_spp
+    from nacre.mitsuba.preview import default_spp
     from nacre.workflows.texture_rendering import (
         TextureView,
         check_texture_view,

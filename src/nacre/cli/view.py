@@ -15,7 +15,7 @@ from nacre.cli.report import counted, fail, note, progress, report, report_file
 from nacre.errors import FormatError, NacreError
 
 if TYPE_CHECKING:
-    from nacre.render.environment import Environment
+    from nacre.mitsuba.environment import Environment
     from nacre.viewer.content import Entry
     from nacre.workflows.sources import Source
 
@@ -101,7 +101,7 @@ def _page(
     left_out: Callable[[Path, NacreError], None],
 ) -> tuple[bytes, int]:
     """The page, and the number of materials and textures on it."""
-    from nacre.export.textures import HeightField
+    from nacre.targets.textures import HeightField
     from nacre.viewer.content import Content
     from nacre.viewer.space import add_space
     from nacre.workflows.viewing import Texture, read_materials
@@ -142,8 +142,8 @@ def _left_out(given: tuple[Path, ...], failed: list[Path], path: Path, error: Na
 
 
 def _environments(paths: tuple[Path, ...]) -> list[Environment]:
-    from nacre.render.environment import load_environment
-    from nacre.render.surroundings import ENVIRONMENTS
+    from nacre.mitsuba.environment import load_environment
+    from nacre.mitsuba.surroundings import ENVIRONMENTS
 
     return [load_environment(path) for path in paths] or [make() for make in ENVIRONMENTS.values()]
 

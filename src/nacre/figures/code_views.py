@@ -16,8 +16,8 @@ from nacre.formats import load_brdf
 from nacre.latent.basis import CodedBrdf, LatentBasis
 from nacre.latent.file import is_code, load_code
 from nacre.latent.map import embed
-from nacre.render.preview import render_preview
-from nacre.render.sphere import render_sphere, standard_lights
+from nacre.mitsuba.preview import render_preview
+from nacre.mitsuba.sphere import render_sphere, standard_lights
 from nacre.runtime.progress import Progress, silent
 
 _THUMBNAIL = 64  # pixels along an edge of a sphere on a map

@@ -13,8 +13,8 @@ from nacre.figures.difference_sheet import Row, difference_sheet
 from nacre.figures.page import Bytes, scale_end
 from nacre.metrics.comparison import Comparison, LightComparison
 from nacre.metrics.metrics import flip
-from nacre.render.lights import Light
-from nacre.render.sphere import smooth_edges
+from nacre.mitsuba.lights import Light
+from nacre.mitsuba.sphere import smooth_edges
 
 _NAMES = {"environment": "Environment", "directional": "Directional light, 45°"}
 

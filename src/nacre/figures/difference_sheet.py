@@ -35,7 +35,7 @@ class Row:
     label, note
         Above the row, left and right; if both are empty, they take no space.
     sphere
-        Whether the pictures show the sphere (:mod:`nacre.render.sphere`).
+        Whether the pictures show the sphere (:mod:`nacre.mitsuba.sphere`).
     smooth
         Whether enlarging interpolates; otherwise a pixel stays a square.
     """

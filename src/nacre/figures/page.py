@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.errors import printable, require
-from nacre.render.sphere import MARGIN
+from nacre.mitsuba.sphere import MARGIN
 
 Bytes = npt.NDArray[np.uint8]
 Figure: TypeAlias = Any
@@ -93,7 +93,7 @@ class Page:
         return axes
 
     def sphere(self, x: float, y: float, side: float, pixels: Floats) -> None:
-        """A picture of a sphere (:mod:`nacre.render.sphere`) in display values, cut out smoothly.
+        """A picture of a sphere (:mod:`nacre.mitsuba.sphere`) in display values, cut out smoothly.
 
         Its shape is (size, size, 3), its box a square; pixels outside the sphere are not shown.
         """

@@ -10,7 +10,7 @@ import numpy as np
 from nacre.array import Floats
 from nacre.color import tone_map
 from nacre.figures.page import Figure, Page
-from nacre.render.sphere import frames, sphere_normals, standard_lights
+from nacre.mitsuba.sphere import frames, sphere_normals, standard_lights
 from nacre.textures.codecs.codec import TexelCodec, on_all_cores
 
 _PIXELS = 72  # along an edge of a sphere
@@ -22,7 +22,7 @@ _SIDE, _CAPTION, _ACROSS = 1.3, 0.42, 6  # inches of a sphere and its caption; s
 def texel_spheres(codec: TexelCodec, codes: Floats) -> Floats:
     """Spheres for single codes under the standard environment.
 
-    They match :mod:`nacre.render.sphere`, with fewer directions, which are prepared once for all
+    They match :mod:`nacre.mitsuba.sphere`, with fewer directions, which are prepared once for all
     codes, shape (n, values). Returns linear RGB, shape (n, pixels, pixels, 3).
     """
     light = standard_lights(count=_DIRECTIONS)["environment"]

@@ -57,7 +57,7 @@ class Material:
         Its file, and its source and terms.
     psnr
         In dB, against the measurement: for spheres in an "environment" and in "directional" light
-        (:mod:`nacre.render.sphere`), for a texture over "all pairs" of directions; empty if the
+        (:mod:`nacre.mitsuba.sphere`), for a texture over "all pairs" of directions; empty if the
         measurement may not be distributed and so was not compared.
     rounding
         PSNR in dB of spheres between a published network in half precision and the original; None

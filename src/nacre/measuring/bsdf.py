@@ -8,7 +8,7 @@ from typing import Any
 from nacre.errors import NacreError, reason
 from nacre.io.files import PathLike
 from nacre.measuring.virtual import MitsubaBrdf
-from nacre.render.scene_file import scene_bsdfs
+from nacre.mitsuba.scene_file import scene_bsdfs
 
 
 def described_bsdf(text: str, where: str = "the description") -> MitsubaBrdf:
@@ -21,8 +21,8 @@ def described_bsdf(text: str, where: str = "the description") -> MitsubaBrdf:
     NacreError
         If the text is not an object with a "type", or Mitsuba refuses it.
     """
-    from nacre.render import register
-    from nacre.render.engine import mitsuba
+    from nacre.mitsuba import register
+    from nacre.mitsuba.engine import mitsuba
 
     def refuse(name: str) -> None:
         raise NacreError(f"{where}: {name} is not a number of JSON")
@@ -86,7 +86,7 @@ def scene_bsdf(path: PathLike, name: str | None = None) -> MitsubaBrdf:
 
 def _virtual(bsdf: Any, where: str) -> MitsubaBrdf:
     """A Mitsuba BSDF as a reflectance."""
-    from nacre.render.engine import mitsuba
+    from nacre.mitsuba.engine import mitsuba
 
     mi = mitsuba()
     if not isinstance(bsdf, mi.BSDF):

@@ -11,7 +11,7 @@ from nacre.array import Components
 from nacre.errors import NacreError, reason, require
 from nacre.geometry import join
 from nacre.measured.symmetry import unchanged_by_quarter_turn
-from nacre.render.engine import mitsuba
+from nacre.mitsuba.engine import mitsuba
 from nacre.sampling import LobeSampledBrdf
 
 

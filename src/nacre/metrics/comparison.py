@@ -12,9 +12,9 @@ from nacre.brdf import Brdf
 from nacre.latent.estimates import plausible
 from nacre.latent.intervals import interval
 from nacre.metrics.metrics import AngularErrors, ImageErrors, angular_errors, image_errors
-from nacre.render.environment import Environment
-from nacre.render.lights import DIRECTIONS, Light
-from nacre.render.sphere import SIZE, render_sphere, standard_lights
+from nacre.mitsuba.environment import Environment
+from nacre.mitsuba.lights import DIRECTIONS, Light
+from nacre.mitsuba.sphere import SIZE, render_sphere, standard_lights
 
 Row = tuple[str, str, float]
 """Where it was measured ("environment", "directional", "angles", ...), the measure, its value."""
@@ -90,7 +90,7 @@ def compare(
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
 ) -> Comparison:
-    """Compare two reflectances by the protocol of :mod:`nacre.render.sphere`.
+    """Compare two reflectances by the protocol of :mod:`nacre.mitsuba.sphere`.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def plausible_views(
     """Intervals of pictures, and how often the reference lies inside.
 
     `plausible` are equally plausible materials, one or more, of which :data:`_MATERIALS` count;
-    `light` comes from :func:`nacre.render.sphere.standard_lights`; `size` is in pixels along an
+    `light` comes from :func:`nacre.mitsuba.sphere.standard_lights`; `size` is in pixels along an
     edge; `fraction` is how often the reference should lie inside.
     """
     image, mask = render_sphere(truth, light, size)

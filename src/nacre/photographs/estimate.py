@@ -21,6 +21,10 @@ from nacre.latent import find_basis, pretrained_basis
 from nacre.latent.estimates import Estimate, plausible_codes
 from nacre.latent.hypernetwork import neural_basis
 from nacre.latent.neural_basis import NeuralBasis
+from nacre.mitsuba.engine import mitsuba
+from nacre.mitsuba.environment import load_environment
+from nacre.mitsuba.plugins import register
+from nacre.mitsuba.scene_file import load_scene_with
 from nacre.neural import NeuralBrdf, fit
 from nacre.photographs.recording import LOBES, Recording, record, shrunk, sphere_scene
 from nacre.photographs.search import (
@@ -29,10 +33,6 @@ from nacre.photographs.search import (
     posterior_of_photographs,
     unexplained,
 )
-from nacre.render.engine import mitsuba
-from nacre.render.environment import load_environment
-from nacre.render.plugins import register
-from nacre.render.scene_file import load_scene_with
 from nacre.runtime.progress import Progress, silent
 from nacre.runtime.store import Store
 
@@ -129,7 +129,7 @@ def scene_setting(path: PathLike, bsdf: str) -> Setting:
 
 
 def sphere_setting(environment: PathLike) -> Setting:
-    """A sphere as :func:`nacre.render.sphere.render_sphere` shows it, under an environment map."""
+    """A sphere as :func:`nacre.mitsuba.sphere.render_sphere` shows it, under an environment map."""
     mi = mitsuba()
     pixels = load_environment(environment).pixels
     name = "material"

@@ -15,8 +15,8 @@ import numpy.typing as npt
 
 from nacre.brdf import Sampler
 from nacre.errors import NacreError, require
-from nacre.render import adapter
-from nacre.render.engine import mitsuba
+from nacre.mitsuba import adapter
+from nacre.mitsuba.engine import mitsuba
 from nacre.sampling import GgxLobe, GgxMixture
 
 MAX_EDGE = 96
@@ -203,11 +203,11 @@ def _rows(vectors: Any, samples: int) -> npt.NDArray[np.float32]:
 
 
 def sphere_scene(environment: Any, size: int) -> dict[str, Any]:
-    """The view of :mod:`nacre.render.sphere` as a Mitsuba dictionary, under an emitter's
+    """The view of :mod:`nacre.mitsuba.sphere` as a Mitsuba dictionary, under an emitter's
     dictionary.
     """
     mi = mitsuba()
-    from nacre.render.sphere import MARGIN
+    from nacre.mitsuba.sphere import MARGIN
 
     half = 1.0 / (1.0 - MARGIN)
     view = mi.ScalarTransform4f().look_at([0, 0, 4], [0, 0, 0], [0, 1, 0])

@@ -91,7 +91,7 @@ def lit_spheres(
 ) -> tuple[Weights, Weights]:
     """Pairs of directions (wi, wo), shapes (n, 3), in pictures of a sphere, each under one
     directional light, where that reaches the sphere, in the frames of
-    :func:`nacre.render.sphere.frames`.
+    :func:`nacre.mitsuba.sphere.frames`.
 
     `angles` are those between light and view in degrees, one per picture, and `size` the pixels
     along its edge. For an isotropic material, only the half above the plane of light and view is

@@ -40,7 +40,7 @@ class Factors:
     Weights, of shape (t, :data:`LUMAS` + 2 :data:`CHROMAS`), belong to texels, row by row, then to
     those of coarser levels: for the luma, then for the first and the second value of the pair.
     Functions have shape (nodes, :data:`LUMAS` + :data:`CHROMAS`), with nodes of a grid of some
-    resolution as :mod:`nacre.render.textures.decoders` has them.
+    resolution as :mod:`nacre.mitsuba.textures.decoders` has them.
     """
 
     weights: Floats

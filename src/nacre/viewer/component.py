@@ -7,11 +7,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from nacre.mitsuba.environment import Environment
+from nacre.mitsuba.surroundings import ENVIRONMENTS
 from nacre.neural.inputs import ENHANCED, PAPER, RECIPROCAL, input_count
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, NeuralBrdf
 from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
-from nacre.render.environment import Environment
-from nacre.render.surroundings import ENVIRONMENTS
 from nacre.sampling import GgxLobe, GgxMixture
 from nacre.sampling.parametrizations import MixtureParametrization
 from nacre.viewer.content import Content

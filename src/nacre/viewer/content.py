@@ -15,15 +15,15 @@ from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.color import tone_map
 from nacre.errors import require
-from nacre.export.glsl import Glsl
-from nacre.export.textures import HeightField
 from nacre.metrics import compare
+from nacre.mitsuba.environment import Environment
+from nacre.mitsuba.lights import EnvironmentLight, Light
+from nacre.mitsuba.sphere import render_sphere
 from nacre.neural.file import encode
 from nacre.neural.nbrdf import NeuralBrdf
-from nacre.render.environment import Environment
-from nacre.render.lights import EnvironmentLight, Light
-from nacre.render.sphere import render_sphere
 from nacre.runtime.progress import Progress, silent
+from nacre.targets.glsl import Glsl
+from nacre.targets.textures import HeightField
 from nacre.viewer.page import PAGE, document
 from nacre.viewer.programs import NAME, input_sources, key_of, sampler_source, template
 from nacre.viewer.tables import SAMPLER, as_table

@@ -7,8 +7,8 @@ import html
 
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.render.lights import DirectionalLight
-from nacre.render.studio import studio
+from nacre.mitsuba.lights import DirectionalLight
+from nacre.mitsuba.studio import studio
 from nacre.viewer.content import Content, Entry, thumbnail
 from nacre.viewer.page import SPHERE
 

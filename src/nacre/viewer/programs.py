@@ -19,13 +19,13 @@ from nacre.array import Components
 from nacre.brdf import Sampler, eval_formula, pdf_formula, sample_formula
 from nacre.compile.data import Datum, as_data
 from nacre.compile.pairs import inside
-from nacre.export.glsl import GlslLanguage
-from nacre.export.program import PAIR, Function
 from nacre.neural.inputs import INPUTS, has_axes, network_inputs, rotates_half_vector
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.numerics.mlp import Layer
 from nacre.sampling import describe_sampler, make_sampler
 from nacre.sampling.mixture import in_frame
+from nacre.targets.glsl import GlslLanguage
+from nacre.targets.program import PAIR, Function
 
 NAME = "material"
 """Prefix of functions: `material_eval(wi, wo)`, `material_sample(wo, u)` with the density as fourth
@@ -74,7 +74,7 @@ class _Open(GlslLanguage):
         return self._place(_formula(origin))
 
     def numbers(self, values: Any) -> str:
-        """See :class:`nacre.export.source.Language`; weights are their own places here."""
+        """See :class:`nacre.targets.source.Language`; weights are their own places here."""
         return self.vector([self._place(int(value)) for value in values])
 
 

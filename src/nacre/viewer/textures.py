@@ -17,14 +17,14 @@ import numpy.typing as npt
 from nacre.array import Array, Components, Floats, Image
 from nacre.btf import Btf
 from nacre.errors import NacreError
-from nacre.export.glsl import GlslLanguage
-from nacre.export.program import Function
-from nacre.export.textures.accuracy import factors_error
-from nacre.export.textures.atlas import encoded
-from nacre.export.textures.heights import HeightField
-from nacre.export.textures.source import joined
-from nacre.render.lights import DirectionalLight
+from nacre.mitsuba.lights import DirectionalLight
 from nacre.runtime.progress import Progress, silent
+from nacre.targets.glsl import GlslLanguage
+from nacre.targets.program import Function
+from nacre.targets.textures.accuracy import factors_error
+from nacre.targets.textures.atlas import encoded
+from nacre.targets.textures.heights import HeightField
+from nacre.targets.textures.source import joined
 from nacre.textures.factors import CHROMAS as ALL_CHROMAS
 from nacre.textures.factors import LUMAS as ALL_LUMAS
 from nacre.textures.factors import factor, grid_place

@@ -13,7 +13,7 @@ from typing import Any
 
 from nacre.brdf import Brdf
 from nacre.errors import require
-from nacre.render.surroundings import ENVIRONMENTS
+from nacre.mitsuba.surroundings import ENVIRONMENTS
 from nacre.viewer.content import Content, Entry
 from nacre.viewer.page import gathered, script
 
@@ -35,7 +35,7 @@ def view(
     shape
         "sphere", "ball", "knot" or "cloth".
     light
-        One of :data:`nacre.render.surroundings.ENVIRONMENTS`, or "lamp".
+        One of :data:`nacre.mitsuba.surroundings.ENVIRONMENTS`, or "lamp".
     exposure
         In stops.
     size

@@ -10,13 +10,13 @@ from nacre import neural
 from nacre.analytic import AnalyticBrdf
 from nacre.brdf import Brdf
 from nacre.errors import NacreError, printable
-from nacre.export import TARGETS, identifier, safe
-from nacre.export.files import write_files
 from nacre.io.files import PathLike
 from nacre.metrics import compare
 from nacre.metrics.comparison import Comparison
 from nacre.neural import NeuralBrdf
 from nacre.runtime.progress import Progress, named, silent
+from nacre.targets import TARGETS, identifier, safe
+from nacre.targets.files import write_files
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Representation:
     """What a material can become in a place."""
 
     title: str
-    target: str  # one of nacre.export.TARGETS
+    target: str  # one of nacre.targets.TARGETS
     opening: str  # how to open the files, in a sentence about {name}
     network: bool = False  # the target takes networks and formulas: fit one to other materials
 
@@ -114,7 +114,7 @@ def export_to_place(
     output
         Folder to write into.
     name
-        Prefix of the file names, made an :func:`nacre.export.identifier`; the material's if empty.
+        Prefix of the file names, made an :func:`nacre.targets.identifier`; the material's if empty.
 
     Returns
     -------

@@ -11,7 +11,7 @@ import numpy as np
 
 from nacre.errors import NacreError
 from nacre.io.files import PathLike
-from nacre.render.environment import Environment
+from nacre.mitsuba.environment import Environment
 from nacre.runtime.progress import Progress, silent
 
 if TYPE_CHECKING:
@@ -56,8 +56,8 @@ class RenderedTexture:
 def check_texture_view(output: PathLike, view: TextureView, *, compared: bool = False) -> None:
     """Raise a NacreError before the work if options conflict, or the output is not a picture."""
     from nacre.figures.difference_sheet import panels_size
-    from nacre.render.animation import check_animation
-    from nacre.render.preview import check_image_path
+    from nacre.mitsuba.animation import check_animation
+    from nacre.mitsuba.preview import check_image_path
 
     if view.frames is None:
         if view.light_path is not None:
@@ -103,8 +103,8 @@ def render_texture(
     from nacre.figures.difference_sheet import panels_size, rendering_panels
     from nacre.figures.page import display_bytes
     from nacre.metrics.temporal import temporal_errors
-    from nacre.render.animation import write_animation
-    from nacre.render.preview import write_bytes, write_image
+    from nacre.mitsuba.animation import write_animation
+    from nacre.mitsuba.preview import write_bytes, write_image
 
     view, output = view or TextureView(), Path(output)
     check_texture_view(output, view, compared=reference is not None)
@@ -151,10 +151,10 @@ def texture_pictures(btf: Btf, view: TextureView, report: Progress = silent) -> 
     NacreError
         If the texture cannot be rendered in this way.
     """
-    from nacre.render.moving_light import PATHS, light_path, render_moving
-    from nacre.render.preview import render_scene
-    from nacre.render.textures.plugins import texture_bsdf
-    from nacre.render.textures.scene import describe_texture_scene, pixel_angle, texture_scale
+    from nacre.mitsuba.moving_light import PATHS, light_path, render_moving
+    from nacre.mitsuba.preview import render_scene
+    from nacre.mitsuba.textures.plugins import texture_bsdf
+    from nacre.mitsuba.textures.scene import describe_texture_scene, pixel_angle, texture_scale
     from nacre.textures.height_file import full_depth
 
     size = view.size, view.size

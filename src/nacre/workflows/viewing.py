@@ -10,11 +10,11 @@ from nacre.analytic.model import AnalyticBrdf
 from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
-from nacre.export.textures import HeightField
-from nacre.export.textures.atlas import encoded
 from nacre.formats import formats, identify, load, load_brdf
 from nacre.io.files import PathLike
 from nacre.neural.nbrdf import NeuralBrdf
+from nacre.targets.textures import HeightField
+from nacre.targets.textures.atlas import encoded
 from nacre.viewer.content import Entry
 from nacre.workflows.sources import Source, files_below, gather
 

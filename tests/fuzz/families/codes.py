@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from nacre.errors import NacreError
-from nacre.export.blender_addon.reading import MaterialError, read_file
 from nacre.latent.basis import LatentBasis
 from nacre.latent.file import load_basis, load_code
+from nacre.targets.blender_addon.reading import MaterialError, read_file
 from nacre.textures.codecs.codec_file import codec_facts, load_codec
 from nacre.textures.embedding import load_embedding_map
 from nacre.workflows.inspection import inspect

@@ -11,9 +11,9 @@ from random import Random
 import numpy as np
 
 from nacre.io.image_file import PIXEL_LIMIT
-from nacre.render.environment import load_environment, sphere_mean
-from nacre.render.scene_file import load_scene, scene_bsdfs
-from nacre.render.scene_guard import check_scene
+from nacre.mitsuba.environment import load_environment, sphere_mean
+from nacre.mitsuba.scene_file import load_scene, scene_bsdfs
+from nacre.mitsuba.scene_guard import check_scene
 from tests.fuzz.damage import words_damage
 from tests.fuzz.readers import Reader, reader
 from tests.specimens import SPECIMENS

@@ -25,7 +25,7 @@ PROTOCOLS: Mapping[str, Settings] = {
 }
 """Pictures, directions, lengths of fits and seeds, by name; "quick" is for a first look.
 
-Pictures are those of :mod:`nacre.render.sphere`, in the included studio and in directional light:
+Pictures are those of :mod:`nacre.mitsuba.sphere`, in the included studio and in directional light:
 every pixel sees fixed directions, so nothing in them is random.
 """
 

@@ -13,7 +13,7 @@ from nacre.figures.page import Bytes
 from nacre.figures.plot import write_plot
 from nacre.latent import find_basis
 from nacre.latent.basis import LatentBasis
-from nacre.render.animation import write_animation
+from nacre.mitsuba.animation import write_animation
 from nacre.runtime.progress import Progress, silent
 from nacre_lab.reproduce.cache import Cache
 from nacre_lab.reproduce.tables import write_csv, write_text

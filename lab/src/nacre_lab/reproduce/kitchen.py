@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.render.engine import mitsuba
-from nacre.render.mesh import revolve
-from nacre.render.scene import camera, matte, path_traced, rgb
+from nacre.mitsuba.engine import mitsuba
+from nacre.mitsuba.mesh import revolve
+from nacre.mitsuba.scene import camera, matte, path_traced, rgb
 
 SLOTS = (
     *("counter", "doors", "tiles", "hood", "pot", "kettle"),

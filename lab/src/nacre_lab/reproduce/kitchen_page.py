@@ -11,9 +11,9 @@ from nacre.array import Floats
 from nacre.color import tone_map
 from nacre.errors import require
 from nacre.figures.page import FAINT, INK, Figure, Page
-from nacre.render.engine import mitsuba
-from nacre.render.passes import accumulate
-from nacre.render.scene import matte
+from nacre.mitsuba.engine import mitsuba
+from nacre.mitsuba.passes import accumulate
+from nacre.mitsuba.scene import matte
 from nacre_lab.reproduce.kitchen import SLOTS, describe_kitchen
 from nacre_lab.reproduce.noise import NoiseStudy
 

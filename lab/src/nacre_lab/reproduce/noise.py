@@ -17,9 +17,9 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.brdf import Brdf, Sampler
 from nacre.color import tone_map
-from nacre.render import bsdf
-from nacre.render.engine import mitsuba
-from nacre.render.passes import accumulate, pass_sizes
+from nacre.mitsuba import bsdf
+from nacre.mitsuba.engine import mitsuba
+from nacre.mitsuba.passes import accumulate, pass_sizes
 from nacre.runtime.progress import Progress
 from nacre_lab.reproduce.cache import Cache, cache_key, code_digest
 

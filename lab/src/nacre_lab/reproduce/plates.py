@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from nacre.render.engine import mitsuba
-from nacre.render.mesh import grid_mesh
-from nacre.render.scene import camera, matte, path_traced, rgb
+from nacre.mitsuba.engine import mitsuba
+from nacre.mitsuba.mesh import grid_mesh
+from nacre.mitsuba.scene import camera, matte, path_traced, rgb
 from nacre_lab.reproduce.kitchen import sphere
 
 _CAMERA = (0.0, 2.0, 15.0)

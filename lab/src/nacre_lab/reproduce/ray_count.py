@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from nacre.errors import require
-from nacre.render.engine import mitsuba
+from nacre.mitsuba.engine import mitsuba
 
 _ROULETTE_DEPTH, _MOST_LIKELY = (
     5,

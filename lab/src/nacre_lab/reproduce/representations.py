@@ -10,10 +10,10 @@ from statistics import median
 from nacre.errors import NacreError
 from nacre.figures.page import Figure
 from nacre.formats import identify, load_brdf
-from nacre.render import bsdf
-from nacre.render.engine import mitsuba
-from nacre.render.environment import load_environment
-from nacre.render.scene import PATH_DEPTH, describe_scene
+from nacre.mitsuba import bsdf
+from nacre.mitsuba.engine import mitsuba
+from nacre.mitsuba.environment import load_environment
+from nacre.mitsuba.scene import PATH_DEPTH, describe_scene
 from nacre.runtime.progress import Progress, named
 from nacre_lab.reproduce.error_charts import error_strips, size_plot
 from nacre_lab.reproduce.experiment import Experiment, Outcome, Request

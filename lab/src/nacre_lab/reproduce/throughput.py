@@ -9,7 +9,7 @@ from statistics import median
 from typing import Any
 
 from nacre.errors import NacreError, require
-from nacre.render.engine import mitsuba
+from nacre.mitsuba.engine import mitsuba
 from nacre.runtime.progress import Progress
 
 _WARM_UP = 2

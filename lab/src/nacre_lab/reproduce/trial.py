@@ -17,9 +17,9 @@ from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.errors import require
 from nacre.metrics.metrics import angular_errors, image_errors
-from nacre.render.environment import Environment
-from nacre.render.lights import DIRECTIONS, Light
-from nacre.render.sphere import SIZE, Mask, render_sphere, standard_lights
+from nacre.mitsuba.environment import Environment
+from nacre.mitsuba.lights import DIRECTIONS, Light
+from nacre.mitsuba.sphere import SIZE, Mask, render_sphere, standard_lights
 
 Figures = Mapping[str, float]
 """Values by the names in :data:`FIGURES`, such as "environment SSIM"."""

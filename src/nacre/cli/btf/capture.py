@@ -93,7 +93,7 @@ def _one(
 ) -> None:
     from nacre.figures.texture_views import capture_sheet
     from nacre.formats import save, target
-    from nacre.render.preview import check_image_path, write_image
+    from nacre.mitsuba.preview import check_image_path, write_image
     from nacre.textures.capture.recipe import find
     from nacre.textures.height_file import check_height_map, write_heights
 

@@ -49,7 +49,7 @@ def command(
     the same size, averages of decoded values above and decoded filtered codes below.
     """
     from nacre.measured.textures.directions import from_degrees
-    from nacre.render.preview import check_image_path, write_image
+    from nacre.mitsuba.preview import check_image_path, write_image
     from nacre.textures.latent_file import load_latent_map
     from nacre.textures.mipmap import LatentPyramid, filtered_reflectance
 

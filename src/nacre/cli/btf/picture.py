@@ -48,7 +48,7 @@ def command(
     )
     from nacre.formats import load_btf
     from nacre.geometry import split, to_spherical
-    from nacre.render.preview import check_image_path, write_bytes, write_image
+    from nacre.mitsuba.preview import check_image_path, write_bytes, write_image
     from nacre.workflows.identity import source_files
 
     expect(source, "a texture", "an encoded texture")

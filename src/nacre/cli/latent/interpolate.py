@@ -52,7 +52,7 @@ def command(
     With --along, render FIRST as it becomes rougher, more metallic and so on.
     """
     from nacre.latent import find_basis
-    from nacre.render.preview import DISPLAY_IMAGES, check_image_path
+    from nacre.mitsuba.preview import DISPLAY_IMAGES, check_image_path
 
     page = output.suffix.lower() == ".html"
     if not page:
@@ -81,7 +81,7 @@ def _between(
 ) -> None:
     from nacre.figures.code_views import between, coded, strip
     from nacre.metrics import albedo
-    from nacre.render.preview import write_bytes
+    from nacre.mitsuba.preview import write_bytes
 
     ends = coded([first, second], basis)
     materials = between(ends[0], ends[1], count)
@@ -112,7 +112,7 @@ def _along(
     from nacre.figures.sliders import moved, slider_page
     from nacre.io.files import atomic_path
     from nacre.latent.edits import edits
-    from nacre.render.preview import write_bytes
+    from nacre.mitsuba.preview import write_bytes
     from nacre.workflows import plausibility
 
     material = coded([first], basis)[0]

@@ -33,7 +33,7 @@ def command(
     """
     from nacre.figures.code_views import strip
     from nacre.latent import find_basis, save_code
-    from nacre.render.preview import DISPLAY_IMAGES, write_bytes
+    from nacre.mitsuba.preview import DISPLAY_IMAGES, write_bytes
     from nacre.workflows import draw_materials, plausibility
 
     picture = output.suffix.lower() in DISPLAY_IMAGES

@@ -86,7 +86,7 @@ class TexelCodec(Frozen, abc.ABC):
     """Whether codes decode at any pairs of directions, not at the codec's own only."""
     hit_form: ClassVar[str] = ""
     """Form of the networks that a renderer can run at every hit, one of
-    :data:`nacre.render.textures.decoders.HIT_DECODERS`; empty where there are none, so that
+    :data:`nacre.mitsuba.textures.decoders.HIT_DECODERS`; empty where there are none, so that
     textures are rendered from tables."""
     expanded_dim: int | None = None
     """Number of coefficients that a code can be expanded to once a texel, for hits; None if the

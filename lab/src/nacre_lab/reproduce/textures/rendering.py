@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from nacre.btf import Btf
 from nacre.io.files import digest
-from nacre.render.preview import render_scene
-from nacre.render.textures.plugins import texture_bsdf
-from nacre.render.textures.scene import describe_texture_scene, texture_scale
+from nacre.mitsuba.preview import render_scene
+from nacre.mitsuba.textures.plugins import texture_bsdf
+from nacre.mitsuba.textures.scene import describe_texture_scene, texture_scale
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.codec import TexelCodec
 from nacre.textures.height_file import full_depth
@@ -25,7 +25,7 @@ SIZE = 256
 """Default edge of renderings in pixels."""
 SAMPLES = 32
 """Samples per pixel (Rainer et al. 2020, section 5.1)."""
-SOURCES = ("render/**/*.py", "reproduce/textures/rendering.py")
+SOURCES = ("mitsuba/**/*.py", "reproduce/textures/rendering.py")
 """Modules that determine renderings."""
 
 
@@ -36,7 +36,7 @@ class View:
     Parameters
     ----------
     shape, light
-        Object, and light on it; see :func:`nacre.render.textures.scene.describe_texture_scene`.
+        Object, and light on it; see :func:`nacre.mitsuba.textures.scene.describe_texture_scene`.
     repeat
         Repetitions of the texture around or along the object.
     size

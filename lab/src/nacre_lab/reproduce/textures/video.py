@@ -13,8 +13,8 @@ from nacre.btf import Btf
 from nacre.color import tone_map
 from nacre.figures.page import FAINT, INK, RULE, Bytes, Page, enlarged
 from nacre.metrics.temporal import temporal_errors
-from nacre.render.moving_light import light_path
-from nacre.render.textures.scene import facing
+from nacre.mitsuba.moving_light import light_path
+from nacre.mitsuba.textures.scene import facing
 from nacre.textures.codecs.codec import TexelCodec
 from nacre.workflows.texture_rendering import TextureView
 from nacre_lab.reproduce.experiment import Outcome

@@ -1,0 +1,81 @@
+"""Exports as files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from nacre.brdf import Brdf
+from nacre.btf import Btf
+from nacre.errors import NacreError
+from nacre.io.files import PathLike, check_writable, write_encoded
+from nacre.runtime.progress import Progress
+from nacre.targets.target import TARGETS, Target
+from nacre.targets.text import identifier
+from nacre.targets.textures import HeightField
+from nacre.targets.textures.target import TextureTarget
+
+
+def export(
+    material: Brdf | Btf,
+    target: str,
+    output: PathLike = "",
+    *,
+    name: str = "",
+    heights: HeightField | None = None,
+    progress: Progress | None = None,
+) -> list[Path]:
+    """Write a material as code or data for another tool; returns the files.
+
+    Parameters
+    ----------
+    target
+        One of :data:`nacre.targets.TARGETS`.
+    output
+        File to write, or a folder: if it ends with a slash, is a folder, or there are several
+        files. By default files go to the working folder.
+    name
+        Names in the output begin with this, converted by :func:`identifier`; by default with the
+        material's name.
+    heights
+        For parallax on an encoded texture.
+    progress
+        Called while a model is fitted, for targets that hold only that model.
+
+    Raises
+    ------
+    NacreError
+        If there is no such target, it cannot hold the material, or a file cannot be written.
+    """
+    named = identifier(name or material.name)
+    try:
+        chosen = _target(target, heights)
+        if isinstance(material, Brdf):
+            material = chosen.held(chosen.reflectance(material), progress)
+        contents = chosen.files(material, named)
+    except NacreError as error:
+        raise NacreError(f"{target}: {error}") from error
+    return write_files(contents, output)
+
+
+def _target(name: str, heights: HeightField | None) -> Target:
+    kind = TARGETS.find(name)
+    if heights is None:
+        return kind()
+    if not issubclass(kind, TextureTarget):
+        raise NacreError("takes no height field, and no textures")
+    return kind(heights)
+
+
+def write_files(contents: Mapping[str, bytes], output: PathLike) -> list[Path]:
+    """Write files with these names and contents; see :func:`export`."""
+    folder = Path(output)
+    into = str(output).endswith("/") or folder.is_dir() or len(contents) > 1
+    paths = [folder / name for name in contents] if into else [folder]
+    for path in paths:
+        if into:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        check_writable(path)
+    for path, content in zip(paths, contents.values(), strict=True):
+        write_encoded(path, bytes, content)
+    return paths
