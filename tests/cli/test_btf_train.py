@@ -148,9 +148,15 @@ def test_epochs_and_the_sizes_of_the_decoder(files, tmp_path):
         (["--device", "cpu"], "--device is for --model unified and custom"),
         (["--code-dim", "200"], "kind basis have up to 128 values"),
         (["--seed", "99999999999999999999"], "--seed"),
-        (["--model", "unified", "--learning-rate", "inf"], "inf is not in the range"),
+        (
+            ["--model", "unified", "--learning-rate", "inf"],
+            "--learning-rate: expected above 0, up to 1,000, got inf",
+        ),
         (["--model", "unified", "--learning-rate", "1e300"], "--learning-rate"),
-        (["--model", "unified", "--minutes", "nan"], "is not a finite number"),
+        (
+            ["--model", "unified", "--minutes", "nan"],
+            "expected a number (above 0, up to 1,000,000)",
+        ),
     ],
 )
 def test_wrong_options_are_errors_of_one_line(files, tmp_path, capsys, options, message):
