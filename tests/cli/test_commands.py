@@ -340,7 +340,11 @@ def test_a_bad_file_gives_no_traceback(folder, tmp_path):
         (["rendre"], "did you mean nacre render?"),
         (["btf", "plam"], "did you mean nacre btf plan?"),
         (["help", "fit", "x"], "nacre fit has no commands of its own"),
-        (["--wrong"], "No such option"),
+        (["--wrong"], "no option --wrong (see nacre --help)"),
+        (
+            ["fit", "table.binary", "--presett", "draft"],
+            "no option --presett; did you mean --preset?",
+        ),
     ],
 )
 def test_wrong_usage_says_so_and_exits_with_2(folder, arguments, words, capsys, monkeypatch):

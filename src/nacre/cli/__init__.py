@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import io
 import sys
 from collections.abc import Sequence
@@ -100,12 +101,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _usage(error: click.UsageError) -> str:
     """What is wrong with a call; of a value, after the option that it is for."""
-    parameter = error.param if isinstance(error, click.BadParameter) else None
-    if not isinstance(error, click.BadParameter) or isinstance(error, click.MissingParameter):
-        return error.format_message()
-    if isinstance(parameter, click.Option):
-        return f"{max(parameter.opts, key=len)}: {error.message}"
-    return error.message
+    text = error.format_message()
+    if isinstance(error, click.NoSuchOption):
+        near = difflib.get_close_matches(error.option_name, error.possibilities or (), 2, 0.8)
+        hint = f"; did you mean {' or '.join(near)}?" if near else ""
+        text = f"no option {error.option_name}{hint}"
+    elif isinstance(error, click.BadParameter) and not isinstance(error, click.MissingParameter):
+        text = error.message
+        if isinstance(error.param, click.Option):
+            text = f"{max(error.param.opts, key=len)}: {text}"
+    return text.removesuffix(".")
 
 
 def _stop(message: str, error: BaseException, code: int = 2) -> NoReturn:

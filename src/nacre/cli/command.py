@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import time
 from collections.abc import Callable, Iterator, Mapping
+from importlib.util import find_spec
 from typing import Any
 
 import click
@@ -92,7 +93,8 @@ class Group(click.Group):
     Parameters
     ----------
     package
-        Has a module named after each built-in command, with the command as `command`.
+        Has a module named after each built-in command, with the command as `command`; that of a
+        group is a package.
     commands_help
         Built-in commands with their texts in the list, under headings.
     entry_points
@@ -118,7 +120,7 @@ class Group(click.Group):
             subcommand_metavar="COMMAND [ARGS]...",
             **settings,
         )
-        self._elsewhere = dict(elsewhere or {})
+        self._package, self._elsewhere = package, dict(elsewhere or {})
         self._sections = {title: dict(rows) for title, rows in commands_help.items()}
         self.built_in = [name for rows in self._sections.values() for name in rows]
         places = {name: f"{package}.{name}:command" for name in self.built_in}
@@ -144,7 +146,7 @@ class Group(click.Group):
             if ctx.parent is None:
                 from nacre.cli.unnamed import answer_file
 
-                answer_file(args[0])
+                answer_file(args, self._commands)
             similar = self._similar(ctx, args[0])
             hint = f"; did you mean {' or '.join(similar)}?" if similar else ""
             ctx.fail(f"no command {args[0]!r}{hint}")
@@ -160,7 +162,7 @@ class Group(click.Group):
             if path[-1] == name
         ]
         near = difflib.get_close_matches(name, self._commands, 3)
-        return same + [f"{ctx.command_path} {each}" for each in near]
+        return same or [f"{ctx.command_path} {each}" for each in near]
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         write(formatter, self.commands_by_heading())
@@ -170,8 +172,10 @@ class Group(click.Group):
         """The built-in commands of this group and of the groups in it, as typed after it."""
         for name in self.built_in:
             yield (name,)
-            child = self._commands[name]
-            if isinstance(child, Group):
+            spec = find_spec(f"{self._package}.{name}")
+            if spec is not None and spec.submodule_search_locations:  # others need not be imported
+                child = self._commands[name]
+                assert isinstance(child, Group)
                 yield from ((name, *path) for path in child._paths())
 
     def commands_by_heading(self) -> dict[str, list[tuple[str, str]]]:

@@ -22,7 +22,7 @@ from nacre.errors import FormatError
     options.preset_option(applies="network", first=True),
     option("--model", applies="brdf", first=True, default="nbrdf", metavar="NAME"),
     "Model to fit: nbrdf (a network), an analytic one (ggx, sgd, ...) or a standard one (openpbr, "
-    "principled, gltf, closures).",
+    "principled, gltf, closures). An unknown name lists all.",
     option("--physical", applies="network", first=True, is_flag=True),
     "Fit a network that is reciprocal, positive and energy-conserving.",
     option("--max-bytes", IntRange(64, 1 << 20), applies="network", first=True, metavar="BYTES"),

@@ -5,13 +5,14 @@ from __future__ import annotations
 import difflib
 import os
 import shlex
+from collections.abc import Container, Sequence
 from contextlib import suppress
 from itertools import islice
 from pathlib import Path
 
 import click
 
-from nacre.errors import FormatError, printable
+from nacre.errors import FormatError, NacreError, printable
 
 _LINES = {
     "measured": {
@@ -50,16 +51,19 @@ _LOOKED_AT = 10_000
 """Most entries of a folder, and of those in it, that are looked at."""
 
 
-def answer_file(name: str) -> None:
-    """If a word stands for a file instead of a command, say what to do with it, and exit with 2.
+def answer_file(words: Sequence[str], commands: Container[str]) -> None:
+    """If the first of the words after "nacre" is a file, say what to do with it, and exit with 2.
 
     Raises
     ------
+    NacreError
+        If a command follows the file.
     FormatError
-        If it is a file of no known kind, or looks like a path but is none.
+        If the file is of no known kind, or the word looks like a path but is none.
     """
     from nacre.included import resolve
 
+    name, *rest = words
     path = resolve(name)  # raises for a name like those of included materials that is none
     if not os.path.lexists(path):
         if not Path(name).suffix and os.sep not in name:
@@ -67,12 +71,15 @@ def answer_file(name: str) -> None:
         near = _near(path)
         hint = f"; did you mean {' or '.join(near)}?" if near else ""
         raise FormatError(f"{name}: no such file{hint}")
+    if rest and rest[0] in commands:
+        typed = shlex.join(["nacre", rest[0], name, *rest[1:]])
+        raise NacreError(f"{name}: is a file; the command comes first: {typed}")
     about, lines = _described(path)
     quoted = shlex.quote(name)
-    typed = {f"nacre {line.format(quoted)}": text for line, text in lines.items()}
-    width = max(map(len, typed))
+    shown = {f"nacre {line.format(quoted)}": text for line, text in lines.items()}
+    width = max(map(len, shown))
     click.echo(f"nacre: {printable(name)}: is {about}; say what to do with it:", err=True)
-    for line, text in typed.items():
+    for line, text in shown.items():
         click.echo(f"  {printable(line):<{width}}  {text}", err=True)
     raise SystemExit(2)
 
@@ -82,7 +89,7 @@ def _described(path: Path) -> tuple[str, dict[str, str]]:
     from nacre.formats import describe_kind, identify, is_measured
     from nacre.io.files import first_bytes
 
-    kind = describe_kind(path)
+    kind = describe_kind(path).replace(") (", "; ")
     if not kind and b"<scene" in first_bytes(path):
         return "a Mitsuba scene", _LINES["scene"]
     if not kind and path.is_dir():
