@@ -23,7 +23,7 @@ HEAD = """\
 
 `nacre VERB INPUT... [-o OUTPUT]`. A material is a reflectance (BRDF) or a texture (BTF); the file
 determines which, and options for the other kind are refused. `python scripts/command_line.py` makes
-this page from the help texts.
+this page from the help texts. `nacre FILE` says what a file is and which commands take it.
 
 Every command takes `-h/--help`, `-V/--version`, `-q/--quiet` (no progress, no notes) and
 `-v/--verbose` (timings, paths, causes of errors). Commands that write files take `--force`, which

@@ -308,8 +308,8 @@ def test_help_tells_the_defaults_of_every_model(capsys):
     basis, reference = BasisRecipe(), TrainingRecipe.named("reference")
     steps = basis.function_steps + basis.code_steps
     most = basis.luma_count + 2 * basis.chroma_count
-    assert f"[default: {steps}; for unified and custom {TrainingRecipe().epochs} epochs" in shown
-    assert f"up to {most} for basis. [default: {basis.code_dim}; 8 for custom" in shown
+    assert f"[default: {steps:,}; for unified and custom {TrainingRecipe().epochs} epochs" in shown
+    assert f"up to {most} for basis. [1 to 1,024; default: {basis.code_dim}; 8 for custom" in shown
     default, custom = TrainingRecipe(), CustomNetwork.recipe().training
     rates = f"default: {default.learning_rate}; {reference.learning_rate} with the reference"
     assert rates in shown

@@ -99,12 +99,6 @@ def test_many_options_stand_in_groups_of_at_most_ten(name):
     assert len(own) <= 8 or len(groups) > 1, groups
 
 
-def test_commands_of_other_packages_stand_apart(monkeypatch):
-    package = "nacre-shine"
-    monkeypatch.setattr(type(root._commands), "package", lambda _, name: package * (name == "fit"))
-    assert [name for name, _ in root.commands_by_heading()[f"From {package}"]] == ["fit"]
-
-
 @pytest.mark.parametrize("columns", [80, 120])
 @pytest.mark.parametrize("name", ["", *ALL])
 def test_help_fits_the_terminal(name, columns, capsys, monkeypatch):

@@ -182,7 +182,8 @@ class Group(click.Group):
         """Names and texts of all commands under headings; those from other packages come last."""
         sections = {title: list(rows.items()) for title, rows in self._sections.items()}
         for name in self._commands:
-            if package := self._commands.package(name):
+            if name not in self.built_in:
+                package = self._commands.package(name) or "other packages"
                 sections.setdefault(f"From {package}", []).append((name, self._about(name)))
         return sections
 
