@@ -163,6 +163,7 @@ def plugins(tmp_path: Path) -> dict[str, str]:
 def test_other_packages_add_commands(plugins: dict[str, str]) -> None:
     assert command("greet", **plugins).stdout == "hello\n"
     listed = command("--help", **plugins).stdout
+    assert "\nFrom greeting:\n" in listed
     assert "Greet people." in listed
     assert "of the package greeting does not load" in " ".join(listed.split())
 
@@ -179,7 +180,7 @@ def test_commands_of_all_packages_are_suggested(
 ) -> None:
     done = command(typed, **plugins)
     assert done.returncode == 2
-    assert f"did you mean {meant}" in done.stderr
+    assert f"did you mean nacre {meant}?" in done.stderr
 
 
 def test_texture_networks_name_their_own_extra_for_pytorch():

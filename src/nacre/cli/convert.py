@@ -4,12 +4,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from click import IntRange
-
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.kinds import check_pixels, kind_of
 from nacre.cli.options import option
+from nacre.cli.ranges import IntRange
 from nacre.cli.report import note, progress, report_file, say
 from nacre.errors import FormatError, MissingExtraError
 
