@@ -42,7 +42,8 @@ def test_interfaces_are_attributes_of_the_package():
 def test_the_distribution_is_named_as_hints_say():
     assert PROJECT["name"] == DISTRIBUTION
     assert all("nacre[" not in need for need in PROJECT["optional-dependencies"]["all"])
-    assert set(PROJECT["scripts"]) == {"nacre"}
+    assert set(PROJECT["scripts"]) == {"nacre", DISTRIBUTION}
+    assert len(set(PROJECT["scripts"].values())) == 1
 
 
 def test_all_is_every_other_extra():
@@ -108,8 +109,8 @@ def required(module: Path) -> list[tuple[str, str]]:
 
 
 def test_extras_that_hints_name_bring_the_library():
-    brought_by = {"PIL": "pillow", "skimage": "scikit-image", "flip_evaluator": "flip-evaluator"}
-    brought_by |= {"colour": "colour-science", "dask": "distributed"}
+    brought_by = {"skimage": "scikit-image", "flip_evaluator": "flip-evaluator"}
+    brought_by |= {"dask": "distributed"}
     extras = PROJECT["optional-dependencies"]
     sources = (ROOT / "src", ROOT / "lab" / "src")
     asked = {pair for folder in sources for path in folder.rglob("*.py") for pair in required(path)}

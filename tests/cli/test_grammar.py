@@ -12,7 +12,7 @@ import nacre
 from nacre.cli import root
 from tests.cli.support import run
 
-SILENT = {"completion", "help", "materials"}
+SILENT = {"cache", "completion", "help", "materials"}
 """Commands that write nothing."""
 UNREPORTED = {"completion", "help", "demo"}
 

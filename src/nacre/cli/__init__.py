@@ -14,6 +14,7 @@ from nacre.cli.session import begin
 
 COMMANDS = {
     "btf": "Capture, train, decode, synthesize and filter textures (BTFs).",
+    "cache": "List what nacre keeps on this machine, or clear it.",
     "compare": "Compare two materials in numbers and pictures.",
     "completion": "Print a script for completion in a shell.",
     "convert": "Write a material in another format.",
