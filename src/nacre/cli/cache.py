@@ -32,8 +32,10 @@ def command(action: str, names: tuple[str, ...]) -> None:
         lines, facts = [], []
         for cache in chosen:
             count, size = cache.clear()
-            removed = f"{counted(count, 'file', 'files')}, {readable_size(size)}"
-            lines.append(f"{cache.name}: removed {removed} from {cache.folder}")
+            done = "nothing to remove in"
+            if count:
+                done = f"removed {counted(count, 'file', 'files')}, {readable_size(size)}, from"
+            lines.append(f"{cache.name}: {done} {cache.folder}")
             facts.append({"cache": cache.name, "removed_files": count, "removed_bytes": size})
         report(lines, facts)
         return

@@ -52,9 +52,10 @@ def extension() -> bytes:
     manifest = resources.files("nacre.targets").joinpath("blender_addon", "blender_manifest.toml")
     files = {"blender_manifest.toml": manifest.read_bytes(), "__init__.py": addon()}
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(stream, "w") as archive:
         for name, data in files.items():
-            archive.writestr(zipfile.ZipInfo(f"{_FOLDER}/{name}", _TIME), data)
+            member = zipfile.ZipInfo(f"{_FOLDER}/{name}", _TIME)
+            archive.writestr(member, data, zipfile.ZIP_DEFLATED)
     return stream.getvalue()
 
 
