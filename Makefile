@@ -92,10 +92,10 @@ site:  ## The pages of docs/ and the API reference in out/site, to be opened fro
 
 RELEASE := .venv-release/bin/python
 
-release: $(RELEASE)  ## Wheels, source archives, bill of materials in out/release, and their checks.
+release: $(RELEASE) setup  ## Wheels, source archives, bill of materials in out/release, and their checks.
 	$(RELEASE) scripts/release.py
 
-matrix: $(RELEASE)  ## The wheels of out/release in many environments; ROWS=3.12 for some of them.
+matrix: $(RELEASE) setup  ## The wheels of out/release in many environments; ROWS=3.12 for some of them.
 	$(RELEASE) scripts/matrix.py $(ROWS)
 
 $(RELEASE): requirements/release.lock

@@ -15,7 +15,7 @@ from nacre.cli.layout import heading, is_shared
 from nacre.cli.ranges import FiniteRange, IntRange, in_words, positive
 from tests.cli.support import run
 
-SILENT = {"completion", "help", "materials"}
+SILENT = {"cache", "completion", "help", "materials"}
 """Commands that write nothing."""
 UNREPORTED = {"completion", "help", "demo"}
 

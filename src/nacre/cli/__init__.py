@@ -40,6 +40,7 @@ COMMANDS = {
     },
     "More": {
         "demo": "Fit, render and compare one material from start to end.",
+        "cache": "List what nacre keeps on this machine, or clear it.",
         "help": "Show the help of a command.",
         "completion": "Print a script for completion in a shell.",
     },
