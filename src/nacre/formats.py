@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import AbstractContextManager, suppress
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
@@ -17,7 +17,7 @@ from nacre.included import resolve
 from nacre.io.disguise import disguise, missing, zeros
 from nacre.io.files import PathLike, first_bytes, read_head
 from nacre.io.format import Format, Kind
-from nacre.io.packed import inner_names, unpacked
+from nacre.io.packed import inner_names, is_packed, unpacked
 from nacre.io.source import Source
 from nacre.io.tensors import header_key
 from nacre.registry import Registry
@@ -89,13 +89,21 @@ def identify(path: PathLike) -> Format:
 def _identify(path: Path, options: dict[str, Any]) -> Format:
     if path.is_dir():
         return _of_folder(path, options)
-    with _unpacked(path) as file:
-        return _of_file(file)
+    with _content(path) as (file, head):
+        return _of_file(file, head)
 
 
-def _unpacked(path: Path) -> AbstractContextManager[Path]:
-    """The file in a packed file, while the block lasts; for any other, the path itself."""
-    return unpacked(path, _all_endings, _is_material)
+@contextmanager
+def _content(path: Path) -> Iterator[tuple[Path, bytes]]:
+    """A file, or the one in a packed file, and its first bytes."""
+    if problem := missing(path):
+        raise FormatError(f"{path}: {problem}")
+    head = read_head(path)
+    if is_packed(path, head):
+        with unpacked(path, _all_endings, _is_material) as file:
+            yield file, read_head(file)
+    else:
+        yield path, head
 
 
 def _all_endings() -> set[str]:
@@ -105,7 +113,7 @@ def _all_endings() -> set[str]:
 def _is_material(path: Path) -> bool:
     """Whether one file among others holds a material; does not raise."""
     with suppress(FormatError):
-        entry = _of_file(path)
+        entry = _of_file(path, read_head(path))
         alone = entry.claims_folder is None  # a list of photographs needs these
         return alone and (entry.claims is None or entry.claims(path))
     return False
@@ -126,8 +134,8 @@ def _of_folder(path: Path, options: dict[str, Any]) -> Format:
     )
 
 
-def _of_file(path: Path) -> Format:
-    head, suffix, entries = _head(path), path.suffix.lower(), formats()
+def _of_file(path: Path, head: bytes) -> Format:
+    suffix, entries = path.suffix.lower(), formats()
     if problem := _disguise(path, head, entries):
         raise FormatError(f"{path}: {problem}")
     known = [entry for entry in entries if entry.recognize and entry.recognize(head)]
@@ -141,12 +149,6 @@ def _of_file(path: Path) -> Format:
             raise FormatError(f"{path}: holds no material: it is {other}")
         raise FormatError(f"{path}: content is of no known format (known: {_endings(entries)})")
     return next((entry for entry in known if suffix in entry.extensions), known[0])
-
-
-def _head(path: Path) -> bytes:
-    if problem := missing(path):
-        raise FormatError(f"{path}: {problem}")
-    return read_head(path)
 
 
 def _disguise(path: Path, head: bytes, entries: Iterable[Format]) -> str:
@@ -200,11 +202,9 @@ def is_measured(path: PathLike) -> bool:
     if any(entry.claims is None for entry in entries):
         return True
     try:
-        with _unpacked(Path(path)) as file:
-            head = first_bytes(file)
-            return any(entry.claims is not None and entry.claims(file) for entry in entries) or (
-                bool(entries) and bool(_disguise(file, head, entries))
-            )
+        with _content(Path(path)) as (file, head):
+            claimed = any(entry.claims is not None and entry.claims(file) for entry in entries)
+            return claimed or (bool(entries) and bool(_disguise(file, head, entries)))
     except FormatError:
         return bool(entries)
 
@@ -263,15 +263,17 @@ def _load(path: PathLike, kind: Kind | None, material: str | None, given: dict[s
     path = resolve(path)
     options = {name: value for name, value in given.items() if value is not None}
     source = Source(path)
-    with _unpacked(path) as file:
-        loaded = _loaded(file, kind, material, options)
+    if path.is_dir():
+        loaded = _read(path, _of_folder(path, options), kind, material, options)
+        return loaded.replaced(name=loaded.name or path.stem, source=source)
+    with _content(path) as (file, head):
+        loaded = _read(file, _of_file(file, head), kind, material, options)
         return loaded.replaced(name=loaded.name or file.stem, source=source)
 
 
-def _loaded(
-    path: Path, kind: Kind | None, material: str | None, options: dict[str, Any]
+def _read(
+    path: Path, entry: Format, kind: Kind | None, material: str | None, options: dict[str, Any]
 ) -> Brdf | Btf:
-    entry = _of_folder(path, options) if path.is_dir() else _of_file(path)
     load = entry.load
     if kind == "btf" and entry.kind == "brdf":
         problem = f"is one material ({entry.name}), not a texture (BTF)"

@@ -170,7 +170,7 @@ ATTACKS = {
     "pickle-by-name": Attack(
         "is a pickle under the name of a network",
         one("a.safetensors", pickle.dumps(Payload())),
-        "no known format",
+        "is a Python pickle, which would run code",
     ),
     "npz-deflated": Attack(
         "unpacks to a thousand times its bytes",

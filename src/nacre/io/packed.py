@@ -49,14 +49,14 @@ def is_packed(path: PathLike, head: bytes) -> bool:
 def unpacked(
     path: PathLike, endings: Callable[[], Collection[str]], wanted: Callable[[Path], bool]
 ) -> Iterator[Path]:
-    """The file in a packed file, as long as the block lasts; for any other, the path itself.
+    """The file in a packed file, as long as the block lasts.
 
     Errors about the file in it become ones about the packed file.
 
     Parameters
     ----------
     path
-        Any file or folder.
+        A file that :func:`is_packed`.
     endings
         Gives those of files that `wanted` may want, in lower case.
     wanted
@@ -68,12 +68,9 @@ def unpacked(
         If a packed file is damaged or cut short, needs a password, unpacks to too many bytes, or
         is an archive of several files of which not exactly one is wanted.
     """
-    path, head = Path(path), first_bytes(path)
-    if not is_packed(path, head):
-        yield path
-        return
     from nacre.io.unpacking import unpack
 
+    path = Path(path)
     with kept(path, lambda folder: unpack(path, folder, endings, wanted)) as file:
         try:
             if is_packed(file, first_bytes(file)):
