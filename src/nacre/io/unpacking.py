@@ -24,12 +24,12 @@ _DICTIONARY = 80 << 20  # bytes of memory to unpack .xz: enough for what xz -9 m
 _PIECE = 1 << 20
 _SHOWN, _TRIED = 5, 16
 """Most files of an archive that a message names, and that are looked at."""
-_STREAMS: dict[bytes, tuple[str, Callable[[], Any], str]] = {
-    b"\x1f\x8b\x08": (".gz", lambda: zlib.decompressobj(wbits=31), "gunzip -k"),
-    b"BZh": (".bz2", bz2.BZ2Decompressor, "bunzip2 -k"),
-    b"\xfd7zXZ\0": (".xz", lambda: lzma.LZMADecompressor(memlimit=_DICTIONARY), "unxz -k"),
+_STREAMS: dict[bytes, tuple[str, Callable[[], Any]]] = {
+    b"\x1f\x8b\x08": (".gz", lambda: zlib.decompressobj(wbits=31)),
+    b"BZh": (".bz2", bz2.BZ2Decompressor),
+    b"\xfd7zXZ\0": (".xz", lambda: lzma.LZMADecompressor(memlimit=_DICTIONARY)),
 }
-"""How packed files begin, end, are unpacked here, and by hand."""
+"""How packed files begin, end and are unpacked."""
 _BESIDE = re.compile(r"(^|/)(\.|__macosx/|thumbs\.db$|desktop\.ini$)", re.IGNORECASE)
 """What archives hold that nobody put there."""
 _DOCUMENTS = (
@@ -56,16 +56,16 @@ def unpack(
     return _from_archive(path, folder, endings, wanted)
 
 
-def _stream(head: bytes) -> tuple[str, Callable[[], Any], str] | None:
+def _stream(head: bytes) -> tuple[str, Callable[[], Any]] | None:
     return next((found for magic, found in _STREAMS.items() if head.startswith(magic)), None)
 
 
 def _from_stream(
-    path: Path, head: bytes, ending: str, decompressor: Callable[[], Any], tool: str, folder: Path
+    path: Path, head: bytes, ending: str, decompressor: Callable[[], Any], folder: Path
 ) -> Path:
     file = folder / "content"
     with _problems(path, ending), path.open("rb") as packed:
-        _write(_pieces(packed, decompressor), file, path, _limit(path), tool)
+        _write(_pieces(packed, decompressor), file, path, _limit(path))
     start = first_bytes(file)
     if ".tar" in (found := disguise(start, path)):
         raise FormatError(f"{path}: {found}")
@@ -104,7 +104,6 @@ def _from_archive(
     endings: Callable[[], Collection[str]],
     wanted: Callable[[Path], bool],
 ) -> Path:
-    tool = "unzip"
     with _problems(path, ".zip"), zipfile.ZipFile(path) as archive:
         members = _members(archive)
         names = [member.filename for member in members]
@@ -124,7 +123,7 @@ def _from_archive(
             place = folder / str(members.index(member)) / _plain(member.filename)
             place.parent.mkdir()
             with archive.open(member) as packed:
-                left -= _write(iter(lambda: packed.read(_PIECE), b""), place, path, left, tool)
+                left -= _write(iter(lambda: packed.read(_PIECE), b""), place, path, left)
             return place
 
         if len(members) == 1:
@@ -179,7 +178,7 @@ def _plain(name: str) -> str:
     return kept if len(kept.encode(errors="replace")) < 200 else f"content{Path(kept).suffix[:20]}"
 
 
-def _write(pieces: Iterable[bytes], file: Path, path: Path, limit: int, tool: str) -> int:
+def _write(pieces: Iterable[bytes], file: Path, path: Path, limit: int) -> int:
     """Write pieces to a file; returns their bytes. Raises FormatError above a limit in bytes."""
     size = 0
     with file.open("wb") as target:
@@ -187,8 +186,7 @@ def _write(pieces: Iterable[bytes], file: Path, path: Path, limit: int, tool: st
             size += len(piece)
             if size > limit:
                 problem = f"unpacks to more than {limit:,} bytes"
-                trust = f"if you trust it, unpack it first: {tool} {quoted(path.name)}"
-                raise FormatError(f"{path}: {problem}; {trust}")
+                raise FormatError(f"{path}: {problem}; if you trust it, unpack it first")
             target.write(piece)
     return size
 
@@ -214,7 +212,7 @@ def _problems(path: Path, ending: str) -> Iterator[None]:
     except (zipfile.BadZipFile, zlib.error, lzma.LZMAError, ValueError, OSError) as error:
         if getattr(error, "errno", None):  # the system's; bz2 has none
             raise FormatError(f"{path}: cannot be unpacked: {reason(error)}") from error
-        problem = f"is a damaged or unfinished {ending} file ({reason(error)})"
+        problem = f"is a damaged or unfinished {ending} file"
         raise FormatError(f"{path}: {problem}; download or copy it again") from error
 
 
