@@ -99,7 +99,7 @@ def _content(path: Path) -> Iterator[tuple[Path, bytes]]:
     if problem := missing(path):
         raise FormatError(f"{path}: {problem}")
     head = read_head(path)
-    if is_packed(path, head):
+    if is_packed(path, head) and not _has_its_length(path, formats()):
         with unpacked(path, _all_endings, _is_material) as file:
             yield file, read_head(file)
     else:
@@ -152,15 +152,17 @@ def _of_file(path: Path, head: bytes) -> Format:
 
 
 def _disguise(path: Path, head: bytes, entries: Iterable[Format]) -> str:
-    """What a file is instead of data, and what to do; empty for any other.
-
-    A file of exactly the length that its format has may begin with anything.
-    """
-    suffix = path.suffix.lower()
-    fixed = [e.claims for e in entries if e.recognize is None and suffix in e.extensions]
-    if any(claims is not None and claims(path) for claims in fixed):
+    """What a file is instead of data, and what to do; empty for any other."""
+    if _has_its_length(path, entries):
         return ""
     return disguise(head, path) or ("" if any(head) else zeros(path))
+
+
+def _has_its_length(path: Path, entries: Iterable[Format]) -> bool:
+    """Whether a file of a format that begins with anything is claimed by it."""
+    suffix = path.suffix.lower()
+    fixed = (e.claims for e in entries if e.recognize is None and suffix in e.extensions)
+    return any(claims is not None and claims(path) for claims in fixed)
 
 
 def _other(head: bytes) -> str:

@@ -52,7 +52,7 @@ _BYTES: tuple[tuple[bytes, str], ...] = (
     (b"\x28\xb5\x2f\xfd", "is packed with Zstandard (.zst); unpack it first: zstd -d {name}"),
     (b"\x04\x22\x4d\x18", "is packed with LZ4 (.lz4); unpack it first: lz4 -d {name}"),
     (b"\x1f\x9d\x90", "is packed with compress (.Z); unpack it first: uncompress {name}"),
-    (b"PK\5\6", "is an empty .zip archive; download or copy it again"),
+    (b"PK\5\6", "is an empty .zip archive; copy or download it again"),
     (b"MATLAB 5.0 MAT-file", _MATLAB),
     (b"MATLAB 7.3 MAT-file", _MATLAB),
     (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", _OFFICE.format("Word or Excel")),

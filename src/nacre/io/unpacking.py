@@ -30,7 +30,7 @@ _STREAMS: dict[bytes, tuple[str, Callable[[], Any]]] = {
     b"\xfd7zXZ\0": (".xz", lambda: lzma.LZMADecompressor(memlimit=_DICTIONARY)),
 }
 """How packed files begin, end and are unpacked."""
-_BESIDE = re.compile(r"(^|/)(\.|__macosx/|thumbs\.db$|desktop\.ini$)", re.IGNORECASE)
+_BESIDE = re.compile(r"(^|/)(\.(?!\.?/)|__macosx/|thumbs\.db$|desktop\.ini$)", re.IGNORECASE)
 """What archives hold that nobody put there."""
 _DOCUMENTS = (
     (r"word/", "is a Word document; save the table that holds the samples as .csv"),
@@ -111,7 +111,7 @@ def _from_archive(
             if any(re.match(pattern, name) for name in names):
                 raise FormatError(f"{path}: {words}")
         if not members:
-            raise FormatError(f"{path}: is an archive of no files; download or copy it again")
+            raise FormatError(f"{path}: is an archive of no files; copy or download it again")
         left = _limit(path)
 
         def extract(member: zipfile.ZipInfo) -> Path:
@@ -158,8 +158,10 @@ def is_archive(path: PathLike) -> bool:
     try:
         with opened(path) as file, zipfile.ZipFile(file) as archive:
             return not all(member.filename.endswith(".npy") for member in archive.infolist())
-    except _UNREADABLE:
-        return Path(path).suffix.lower() == ".zip"
+    except _UNREADABLE:  # the list at its end is missing
+        head = first_bytes(path)
+        length = int.from_bytes(head[26:28], "little")
+        return not head[30 : 30 + length].endswith(b".npy")
 
 
 def names_in(path: PathLike) -> list[str]:
@@ -203,17 +205,21 @@ def _problems(path: Path, ending: str) -> Iterator[None]:
     except FormatError:
         raise
     except EOFError as error:
-        problem = f"is an unfinished {ending} file, cut short; download or copy it again"
+        problem = f"is an unfinished {ending} file, cut short; copy or download it again"
         raise FormatError(f"{path}: {problem}") from error
     except NotImplementedError as error:
         raise FormatError(f"{path}: is packed in an unusual way; {UNPACK}") from error
-    except MemoryError as error:
-        raise FormatError(f"{path}: needs too much memory to unpack; unpack it first") from error
-    except (zipfile.BadZipFile, zlib.error, lzma.LZMAError, ValueError, OSError) as error:
+    except (MemoryError, lzma.LZMAError) as error:
+        if isinstance(error, lzma.LZMAError) and "limit" not in str(error):
+            problem = f"is a damaged or unfinished {ending} file; copy or download it again"
+        else:
+            problem = "needs too much memory to unpack; unpack it first"
+        raise FormatError(f"{path}: {problem}") from error
+    except (zipfile.BadZipFile, zlib.error, ValueError, OSError) as error:
         if getattr(error, "errno", None):  # the system's; bz2 has none
             raise FormatError(f"{path}: cannot be unpacked: {reason(error)}") from error
         problem = f"is a damaged or unfinished {ending} file"
-        raise FormatError(f"{path}: {problem}; download or copy it again") from error
+        raise FormatError(f"{path}: {problem}; copy or download it again") from error
 
 
 def _original_ending(head: bytes) -> str:
