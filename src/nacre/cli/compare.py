@@ -13,6 +13,7 @@ from nacre.cli.options import option
 from nacre.cli.ranges import IntRange
 from nacre.cli.report import keyed, print_facts, print_table, progress, report
 from nacre.errors import FormatError
+from nacre.io.names import stem
 
 
 @make(
@@ -43,7 +44,7 @@ def command(reference: Path, other: Path, output: Path | None, **chosen: Any) ->
             f"{other}: is {NAMES[kinds[1]]}, but {reference} is {NAMES[kinds[0]]}; nacre btf "
             "average turns a texture into a reflectance, nacre btf tile does the reverse"
         )
-    output = output or Path(f"{other.stem}_compared.png")
+    output = output or Path(f"{stem(other)}_compared.png")
     check_image_path(output, DISPLAY_IMAGES)
     run = _reflectances if kinds[0] == "brdf" else _textures
     run(reference, other, output, chosen)

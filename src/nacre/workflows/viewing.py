@@ -10,8 +10,10 @@ from nacre.analytic.model import AnalyticBrdf
 from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
-from nacre.formats import formats, identify, load, load_brdf
+from nacre.formats import formats, identify, is_measured, load, load_brdf
 from nacre.io.files import PathLike
+from nacre.io.names import stem
+from nacre.io.packed import inner_names
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.targets.textures import HeightField
 from nacre.targets.textures.atlas import encoded
@@ -45,12 +47,14 @@ def find_materials(paths: Iterable[PathLike]) -> list[Source]:
 
 def _materials(root: Path) -> list[Source]:
     endings = {ending for entry in formats() for ending in entry.extensions}
+
+    def ends(path: Path) -> bool:
+        return any(Path(name).suffix.lower() in endings for name in inner_names(path))
+
     found = [
         source
         for source in files_below(root)
-        if source.path.suffix.lower() in endings
-        and not _is_relief(source.path)
-        and _is_known(source.path)
+        if ends(source.path) and not _is_relief(source.path) and _is_known(source.path)
     ]
     if not found:
         raise FormatError(f"{root}: holds no material")
@@ -63,10 +67,11 @@ def _is_relief(path: Path) -> bool:
 
 
 def _is_known(path: Path) -> bool:
+    """Whether a file holds a material, or should: then reading it says what is wrong."""
     try:
         identify(path)
     except FormatError:
-        return False
+        return is_measured(path)
     return True
 
 
@@ -82,8 +87,8 @@ def read_materials(
     """
     together: dict[Path, list[Source]] = {}
     for source in files:
-        together.setdefault(source.path.with_suffix(""), []).append(source)
-    for stem, several in together.items():
+        together.setdefault(source.path.with_name(stem(source.path)), []).append(source)
+    for place, several in together.items():
         forms: dict[str, Brdf] = {}
         names = []
         for source in several:
@@ -106,9 +111,9 @@ def read_materials(
             names.append(material.name)
         if forms:
             ordered = dict(sorted(forms.items(), key=lambda form: form[0] != _NETWORK))
-            name = next(filter(None, names), None) or stem.name
+            name = next(filter(None, names), None) or place.name
             reference = next((label for label in (_MEASURED, *ordered) if label in ordered), "")
-            yield Entry(name, ordered, _group(several[0]), {"File": stem.name}, reference)
+            yield Entry(name, ordered, _group(several[0]), {"File": place.name}, reference)
 
 
 def _group(source: Source) -> str:
