@@ -80,8 +80,9 @@ def identify(path: PathLike) -> Format:
     comes with nacre.
 
     The first bytes decide; the file name decides only between formats that both recognize them, and
-    for formats that start with nothing to recognize. Raises FormatError if there is nothing, or
-    nothing of a known format.
+    for formats that start with nothing to recognize. A packed file has the format of what is in it
+    (:mod:`nacre.io.packed`). Raises FormatError if there is nothing, or nothing of a known format;
+    a file that is no data is named (:mod:`nacre.io.disguise`).
     """
     return _identify(resolve(path), {})
 
@@ -197,18 +198,21 @@ def is_measured(path: PathLike) -> bool:
     """Whether a file in a folder is taken for a measured material, by its ending or its content.
 
     That is so if its ending belongs to a format for measurements, neither a neural nor an analytic
-    one. Where other files have the ending too, as images do, its content must be of the format;
-    else damaged files count as well.
+    one. Where other files have the ending too, as images do, its content must be of the format
+    or stand in its place, as a pointer does; else damaged files count as well. For a packed file,
+    the ending and the content are those of what is in it.
     """
     entries = _of_ending(path)
+    if not entries:
+        return False
     if any(entry.claims is None for entry in entries):
         return True
     try:
         with _content(Path(path)) as (file, head):
             claimed = any(entry.claims is not None and entry.claims(file) for entry in entries)
-            return claimed or (bool(entries) and bool(_disguise(file, head, entries)))
+            return claimed or bool(disguise(head, file))
     except FormatError:
-        return bool(entries)
+        return True
 
 
 def has_measured_ending(path: PathLike) -> bool:
