@@ -43,9 +43,7 @@ if TYPE_CHECKING:
     from nacre.formats import load, save
     from nacre.included import materials
     from nacre.neural import NeuralBrdf, Recipe, fit_many
-    from nacre.verbs import compare, convert, estimate, fit, info, plot, view
-    from nacre.verbs.exporting import export
-    from nacre.verbs.rendering import render
+    from nacre.verbs import compare, convert, estimate, export, fit, info, plot, render, view
 
 __version__ = "0.2.0"
 
@@ -105,9 +103,7 @@ _ATTRIBUTES = {
     "formats": ["load", "save"],
     "included": ["materials"],
     "neural": ["NeuralBrdf", "Recipe", "fit_many"],
-    "verbs": [
-        *("compare", "convert", "estimate", "export", "fit", "info", "plot", "render", "view"),
-    ],
+    "verbs": ["compare", "convert", "estimate", "fit", "info", "plot", "view"],
 }
 
 __getattr__, _, _ = lazy_loader.attach(

@@ -1,5 +1,6 @@
-"""What `import nacre.export` finds: the verb, with the names of 0.2; see `nacre.verbs.moved`."""
+"""The verb `nacre.export`, as a module with the names of 0.2; see `nacre.verbs.moved`."""
 
-from nacre.verbs.moved import export, take_place
+from nacre.verbs import exporting as _exporting
+from nacre.verbs import moved as _moved
 
-take_place(__name__, export)
+_moved.become(__name__, _exporting.export)

@@ -1,5 +1,6 @@
-"""What `import nacre.render` finds: the verb, with the names of 0.2; see `nacre.verbs.moved`."""
+"""The verb `nacre.render`, as a module with the names of 0.2; see `nacre.verbs.moved`."""
 
-from nacre.verbs.moved import render, take_place
+from nacre.verbs import moved as _moved
+from nacre.verbs import rendering as _rendering
 
-take_place(__name__, render)
+_moved.become(__name__, _rendering.render)
