@@ -14,6 +14,7 @@ import pytest
 import nacre
 from nacre.btf import Btf, TableBtf
 from nacre.formats import FORMATS
+from tests.analytic.materials import EXAMPLES
 from tests.contracts.directions import pairs
 from tests.contracts.materials import MATERIALS
 from tests.specimens import SPECIMENS
@@ -91,6 +92,17 @@ def test_a_change_anywhere_makes_materials_unequal() -> None:
     assert network.replaced(sampler=nacre.CosineSampler()) != network
     assert network.replaced(source={"file": "a"}) != network
     assert MATERIALS["anisotropic network"]() != network
+
+
+def test_what_is_given_in_place_of_something_computed_counts() -> None:
+    ggx = EXAMPLES["ggx"]
+    other = ggx.replaced(sampler=nacre.CosineSampler())
+    assert other != ggx
+    for how, copied in COPIES.items():
+        assert copied(other) == other, how
+        assert isinstance(copied(other).sampler, nacre.CosineSampler), how
+    given = type(ggx)(**ggx.values, sampler=nacre.CosineSampler())
+    assert isinstance(COPIES["pickle"](given).sampler, nacre.CosineSampler)
 
 
 def test_textures_in_memory_are_equal_where_their_values_are() -> None:

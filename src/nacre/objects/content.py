@@ -21,12 +21,13 @@ def content_of(thing: Any) -> dict[str, Any]:
 
 def stored(thing: Any) -> dict[str, Any]:
     """The attributes of an object, without what is computed from them when first asked for."""
-    kind = type(thing)
-    return {
-        name: value
-        for name, value in vars(thing).items()
-        if not isinstance(getattr(kind, name, None), cached_property)
-    }
+    return {name: value for name, value in vars(thing).items() if not is_computed(thing, name)}
+
+
+def is_computed(thing: Any, name: str) -> bool:
+    """Whether an attribute is computed when first asked for; False where it was given instead."""
+    computed = isinstance(getattr(type(thing), name, None), cached_property)
+    return computed and name not in vars(thing).get("_given", ())
 
 
 def same(a: Any, b: Any) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import abc
 from typing import Any, ClassVar, TypeVar
 
-from nacre.objects.content import content_of, mark, same, stored
+from nacre.objects.content import content_of, is_computed, mark, same, stored
 
 _Self = TypeVar("_Self", bound="Frozen")
 
@@ -30,6 +30,8 @@ class Frozen(metaclass=_FrozenMeta):
     """Attributes that do not count where objects are compared: where their content lies."""
 
     _closed = False
+    _given: frozenset[str] = frozenset()
+    """Cached properties that were given a value, which counts as content."""
 
     @property
     def closed(self) -> bool:
@@ -39,7 +41,12 @@ class Frozen(metaclass=_FrozenMeta):
         if self._closed:
             hint = f"use replaced({name}=...) for a copy"
             raise AttributeError(f"a {type(self).__name__} does not change: {hint}")
+        self._set(name, value)
+
+    def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
+        if is_computed(self, name):  # now it is given
+            vars(self)["_given"] = self._given | {name}
 
     def __delattr__(self, name: str) -> None:
         raise AttributeError(f"a {type(self).__name__} does not change")
@@ -68,7 +75,7 @@ class Frozen(metaclass=_FrozenMeta):
         other: _Self = object.__new__(type(self))
         vars(other).update(vars(self))
         for name, value in attributes.items():
-            object.__setattr__(other, name, value)
+            other._set(name, value)
         check = getattr(other, "__post_init__", None)
         if check is not None:
             object.__setattr__(other, "_closed", False)
