@@ -185,7 +185,7 @@ def test_render_of_textures_and_animations(folder: Path) -> None:
     require_mitsuba()
     still = nacre.render("weave.safetensors", "plane", size=16, spp=1, repeat=1, decode="table")
     assert still.shape == (16, 16, 3)
-    film = nacre.render("weave.npz", light="point", frames=2, size=16, spp=1)
+    film = nacre.render("weave.safetensors", light="point", frames=2, size=16, spp=1)
     assert film.shape == (2, 16, 16, 3)
     assert "2 frames of 16 x 16 pixels" in repr(film)
     assert film.save("film.gif").read_bytes()[:3] == b"GIF"

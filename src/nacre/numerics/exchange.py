@@ -47,8 +47,9 @@ def any_library(*, on_device: bool = False) -> Callable[[_Method], _Method]:
             first = next((a for a in (*given, *named.values()) if _is_foreign(a)), None)
             if first is None:
                 return method(self, *given, **named)
-            tensors = on_device and self.traceable and not _in_memory(first) and _has_torch()
-            taken = _as_tensor if tensors else _as_numpy
+            taken = _as_numpy
+            if on_device and self.traceable and _torch_takes(first):
+                taken = _as_tensor
             found = method(
                 self, *map(taken, given), **{name: taken(a) for name, a in named.items()}
             )
@@ -74,8 +75,15 @@ def _in_memory(array: Any) -> bool:
     return array.__dlpack_device__()[0] in _IN_MEMORY
 
 
-def _has_torch() -> bool:
-    return importlib.util.find_spec("torch") is not None
+def _torch_takes(array: Any) -> bool:
+    """Whether an array is on a device that an installed PyTorch can use too."""
+    if _in_memory(array) or importlib.util.find_spec("torch") is None:
+        return False
+    try:
+        _as_tensor(array)
+    except (AssertionError, BufferError, RuntimeError, TypeError):
+        return False
+    return True
 
 
 def _as_tensor(array: Any) -> Any:
@@ -95,7 +103,7 @@ def _as_numpy(array: Any) -> Any:
     except (TypeError, BufferError, RuntimeError):  # older ones copy by a method of their own
         if hasattr(array, "get"):
             return np.asarray(array.get())
-        if _has_torch():
+        if _torch_takes(array):
             return _as_tensor(array).cpu().numpy()
     library = type(array).__module__.partition(".")[0]
     raise TypeError(f"an array of {library} is on a device; copy it to the CPU, or install PyTorch")

@@ -18,8 +18,8 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import Any
 
-_ROOMS = {"nacre.render": "nacre.mitsuba", "nacre.export": "nacre.targets"}
-"""Where the contents of a room are now."""
+_ROOMS = {"render": "nacre.mitsuba", "export": "nacre.targets"}
+"""Where the contents of a room of this package are now."""
 
 
 class Verb(ModuleType):
@@ -34,9 +34,10 @@ class Verb(ModuleType):
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
             raise AttributeError(name)
-        new = f"{_ROOMS[self.__name__]}.{name}"
+        room = _ROOMS[self.__name__.rpartition(".")[2]]
+        new = f"{room}.{name}"
         try:
-            found = getattr(importlib.import_module(_ROOMS[self.__name__]), name)
+            found = getattr(importlib.import_module(room), name)
         except AttributeError:
             if importlib.util.find_spec(new) is None:
                 raise AttributeError(f"{self.__name__} is a function and has no {name!r}") from None
@@ -76,11 +77,12 @@ def become(name: str, function: Callable[..., Any]) -> None:
 
 def _renamed(name: str) -> str | None:
     """The name of today for a module below one of the rooms; None for any other."""
-    for old, new in _ROOMS.items():
-        if name.startswith(f"{old}."):
-            return new + name.removeprefix(old)
-    return None
+    package, *rooms = name.split(".")
+    if package != "nacre" or len(rooms) < 2 or rooms[0] not in _ROOMS:
+        return None
+    return ".".join([_ROOMS[rooms[0]], *rooms[1:]])
 
 
 def _warn(old: str, new: str) -> None:
-    warnings.warn(f"{old} is now {new}", DeprecationWarning, stacklevel=3)
+    words = f"{old} is now {new}; the old name works for one more minor release"
+    warnings.warn(words, DeprecationWarning, stacklevel=3)
