@@ -6,6 +6,7 @@ import math
 from collections.abc import Hashable
 from dataclasses import is_dataclass
 from functools import cached_property
+from types import FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
@@ -72,6 +73,10 @@ def mark(value: Any) -> Hashable:
 
 
 def _by_attributes(thing: Any) -> bool:
-    """Whether `==` would ask for the identity, or for the truth of arrays."""
+    """Whether an object has attributes, and `==` would ask for the identity, or for the truth of
+    arrays. Functions, classes and modules are no such objects.
+    """
     kind: Any = type(thing)
-    return hasattr(thing, "__dict__") and (kind.__eq__ is object.__eq__ or is_dataclass(kind))
+    if isinstance(thing, type | ModuleType | FunctionType) or not getattr(thing, "__dict__", None):
+        return False
+    return kind.__eq__ is object.__eq__ or is_dataclass(kind)

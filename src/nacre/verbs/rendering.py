@@ -17,9 +17,6 @@ from nacre.runtime.progress import Progress, silent
 from nacre.verbs.material import Given, closest, opened, path_of
 from nacre.verbs.picture import Picture
 
-TEXTURE_SPP = 64
-"""Samples per pixel for a texture without denoising."""
-
 
 def render(
     material: Given,
@@ -155,7 +152,7 @@ def _reflectance(
 def _texture(texture: Btf, given: dict[str, Any], progress: Progress) -> Picture:
     from nacre.mitsuba.preview import default_spp
     from nacre.mitsuba.textures.scene import GEOMETRIES, LIGHTS
-    from nacre.workflows.texture_rendering import TextureView, texture_pictures
+    from nacre.workflows.texture_rendering import TEXTURE_SPP, TextureView, texture_pictures
 
     _check("shape", given["shape"], GEOMETRIES)
     _check("light", given["light"], LIGHTS)
