@@ -43,7 +43,9 @@ def on_files(files: Files, config: Any) -> Files:
             files.append(File.generated(config, place, content=content))
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-W", "error::UserWarning", "-m", "pdoc", "-o", folder]
-        subprocess.run([*command, config.extra["api"]], check=True)
+        # Not as modules, which these two are for names of 0.2 only.
+        without = r"!nacre\.(render|export)$"
+        subprocess.run([*command, config.extra["api"], without], check=True)
         for path in sorted(Path(folder).rglob("*.*")):
             name = f"api/{path.relative_to(folder).as_posix()}"
             files.append(File.generated(config, name, content=path.read_bytes()))

@@ -14,13 +14,11 @@ from nacre.cli.report import keyed, print_facts, progress, report
 from nacre.io.names import stem
 from nacre.mitsuba import scene
 from nacre.mitsuba.textures import scene as texture_scene
+from nacre.workflows.texture_rendering import TEXTURE_SPP
 
 if TYPE_CHECKING:
     from nacre.metrics.temporal import TemporalErrors
     from nacre.mitsuba.environment import Environment
-
-TEXTURE_SPP = 64
-"""Samples per pixel for a texture without denoising."""
 
 
 def _check_shape(

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nacre.brdf import Brdf
+from nacre.btf import Btf
 from nacre.errors import FormatError, reason
 from nacre.formats import identify, load_brdf, load_btf
 from nacre.included import resolve
@@ -91,31 +92,42 @@ def inspect(path: PathLike, *, physics: bool = True, pixels: Quantity | None = N
     texture = load_btf(path, quantity=pixels)
     if texture.texel_count == 1 and entry.load_material is not None:
         return _reflectance(path, load_brdf(path), physics)
-    from nacre.textures.selection import some_values
-
-    values = some_values(texture)
-    facts = texture.describe() | {
-        "value range": [float(values.min()), float(values.max())],
-        "mean value": [float(x) for x in values.mean(axis=0, dtype=float)],
-        "format": entry.name,
-    }
+    facts = {**inspect_material(texture).facts, "format": entry.name}
     if path.is_file():
         facts["bytes"] = path.stat().st_size
     facts |= _terms(texture.source)
     return Inspection("btf", facts, _known(facts, _TEXTURE_UNITS))
 
 
-def _reflectance(path: Path, brdf: Brdf, physics: bool) -> Inspection:
-    facts, units = dict(brdf.describe()) | plausible_facts(brdf), dict(_UNITS)
+def inspect_material(material: Brdf | Btf, *, physics: bool = True) -> Inspection:
+    """Facts about a material in memory, without those of its file; see :func:`inspect`."""
+    if isinstance(material, Btf):
+        from nacre.textures.selection import some_values
+
+        values = some_values(material)
+        facts = material.describe() | {
+            "value range": [float(values.min()), float(values.max())],
+            "mean value": [float(x) for x in values.mean(axis=0, dtype=float)],
+        }
+        return Inspection("btf", facts, _known(facts, _TEXTURE_UNITS))
+    facts, units = dict(material.describe()) | plausible_facts(material), dict(_UNITS)
     if physics:
         from nacre.metrics.facts import UNITS, physical_facts
 
-        facts |= physical_facts(brdf)
+        facts |= physical_facts(material)
         units |= UNITS
-    facts["bytes"] = path.stat().st_size
-    facts["sha256"] = (brdf.source or {}).get("sha256", "")
-    facts |= _terms(brdf.source)
-    return Inspection("brdf", facts, _known(facts, units), brdf)
+    return Inspection("brdf", facts, _known(facts, units), material)
+
+
+def _reflectance(path: Path, brdf: Brdf, physics: bool) -> Inspection:
+    found = inspect_material(brdf, physics=physics)
+    facts = {
+        **found.facts,
+        "bytes": path.stat().st_size,
+        "sha256": (brdf.source or {}).get("sha256", ""),
+        **_terms(brdf.source),
+    }
+    return Inspection("brdf", facts, {**found.units, **_known(facts, _UNITS)}, brdf)
 
 
 def _terms(source: Mapping[str, str] | None) -> dict[str, str]:
