@@ -12,6 +12,7 @@ from nacre.brdf import Brdf
 from nacre.latent.estimates import plausible
 from nacre.latent.intervals import interval
 from nacre.metrics.metrics import AngularErrors, ImageErrors, angular_errors, image_errors
+from nacre.metrics.verdict import Verdict, verdict
 from nacre.mitsuba.environment import Environment
 from nacre.mitsuba.lights import DIRECTIONS, Light
 from nacre.mitsuba.sphere import SIZE, render_sphere, standard_lights
@@ -19,6 +20,19 @@ from nacre.mitsuba.sphere import SIZE, render_sphere, standard_lights
 Row = tuple[str, str, float]
 """Where it was measured ("environment", "directional", "angles", ...), the measure, its value."""
 
+BETTER = {
+    "SSIM": "higher is better, 1 is equal",
+    "PSNR (dB)": "higher is better",
+    "MAE": "lower is better, of values from 0 to 1",
+    "RMSE": "lower is better",
+    "FLIP": "lower is better, 0 is equal, 1 the most",
+    "log-cosine error": "lower is better",
+    "log-cosine error, 95th percentile": "lower is better",
+    "relative error, median": "lower is better",
+    "RMSE of f cos (1/sr)": "lower is better",
+    "pixels in their 90 % interval": "0.9 is expected",
+}
+"""Which way each measure of :meth:`Comparison.rows` gets better."""
 
 _MATERIALS = 32  # plausible materials that are rendered
 # of light from the environment: fewer than for errors, as there are many pictures
@@ -58,6 +72,11 @@ class Comparison:
     materials: tuple[Brdf, Brdf]  # the reference and what is judged
     # alternatives to the latter under the environment, if known from few samples
     plausible: PlausibleViews | None = None
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether a viewer would see the difference, under the light that shows it best."""
+        return verdict((item.light, item.flip_map[self.mask]) for item in self.lights)
 
     def rows(self) -> list[Row]:
         """All figures as a table, in the order in which they should be shown."""

@@ -15,8 +15,11 @@ from nacre.included import resolve
 from nacre.io.files import PathLike, check_json, read_bytes
 from nacre.io.tensors import has_header
 from nacre.latent.estimates import facts as plausible_facts
+from nacre.workflows import sentences
+from nacre.workflows.sentences import Sentences
 
 if TYPE_CHECKING:
+    from nacre.io.format import Format
     from nacre.measured.textures.image_folder import Quantity
 
 _CODE_LIMIT = 1 << 20
@@ -58,6 +61,8 @@ class Inspection:
     kind: str  # "brdf", "btf", "codec", "basis", "code" or "map"
     facts: Mapping[str, Any]  # in the order to show them
     units: Mapping[str, str]  # of the facts that have one
+    sentences: Sentences  # what it is, how large, whether anything is wrong
+    looks_wrong: bool = False
     brdf: Brdf | None = None
 
 
@@ -85,12 +90,12 @@ def inspect(path: PathLike, *, physics: bool = True, pixels: Quantity | None = N
         return other
     entry = identify(path)
     if entry.kind == "brdf":
-        return _reflectance(path, load_brdf(path), physics)
+        return _reflectance(path, entry, load_brdf(path), physics)
     if pixels is not None and entry.claims_folder is None:
         raise FormatError(f"{path}: defines its values itself; --pixels is for folders of images")
     texture = load_btf(path, quantity=pixels)
     if texture.texel_count == 1 and entry.load_material is not None:
-        return _reflectance(path, load_brdf(path), physics)
+        return _reflectance(path, entry, load_brdf(path), physics)
     from nacre.textures.selection import some_values
 
     values = some_values(texture)
@@ -102,10 +107,11 @@ def inspect(path: PathLike, *, physics: bool = True, pixels: Quantity | None = N
     if path.is_file():
         facts["bytes"] = path.stat().st_size
     facts |= _terms(texture.source)
-    return Inspection("btf", facts, _known(facts, _TEXTURE_UNITS))
+    said, wrong = sentences.texture(path, entry, facts)
+    return Inspection("btf", facts, _known(facts, _TEXTURE_UNITS), said, wrong)
 
 
-def _reflectance(path: Path, brdf: Brdf, physics: bool) -> Inspection:
+def _reflectance(path: Path, entry: Format, brdf: Brdf, physics: bool) -> Inspection:
     facts, units = dict(brdf.describe()) | plausible_facts(brdf), dict(_UNITS)
     if physics:
         from nacre.metrics.facts import UNITS, physical_facts
@@ -115,7 +121,8 @@ def _reflectance(path: Path, brdf: Brdf, physics: bool) -> Inspection:
     facts["bytes"] = path.stat().st_size
     facts["sha256"] = (brdf.source or {}).get("sha256", "")
     facts |= _terms(brdf.source)
-    return Inspection("brdf", facts, _known(facts, units), brdf)
+    said, wrong = sentences.reflectance(path, entry, facts, brdf)
+    return Inspection("brdf", facts, _known(facts, units), said, wrong, brdf)
 
 
 def _terms(source: Mapping[str, str] | None) -> dict[str, str]:
@@ -135,7 +142,8 @@ def _other(path: Path) -> Inspection | None:
 
     facts: dict[str, Any]
     if has_header(path, CODEC):
-        return Inspection("codec", codec_facts(path), {"bytes": "bytes"})
+        facts = codec_facts(path)
+        return Inspection("codec", facts, {"bytes": "bytes"}, sentences.other(path, "codec", facts))
     if has_header(path, BASIS):
         kind, described = "basis", load_basis(path).describe()
         facts = {"model" if name == "kind" else name: value for name, value in described.items()}
@@ -147,7 +155,7 @@ def _other(path: Path) -> Inspection | None:
     else:
         return None
     facts["bytes"] = path.stat().st_size
-    return Inspection(kind, facts, _known(facts, _UNITS))
+    return Inspection(kind, facts, _known(facts, _UNITS), sentences.other(path, kind, facts))
 
 
 def _code_facts(path: Path) -> dict[str, Any]:
