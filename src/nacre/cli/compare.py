@@ -85,9 +85,9 @@ def _reflectances(reference: Path, other: Path, output: Path, chosen: dict[str, 
     write_bytes(picture(comparison), output)
     figures = print_comparison(comparison)
     scale = flip_scale(comparison)
-    line = f"{output}: reference | other | FLIP error, whose colors end at {scale:g} here"
+    text = f"{output}: reference | other | FLIP error, whose colors end at {scale:g} here"
     data = {"figures": figures, "color scale end": scale, "verdict": comparison.verdict.facts()}
-    report(line, _names(reference, other, output) | keyed(data))
+    report(text, _names(reference, other, output) | keyed(data))
     conclude(comparison.verdict)
     if not comparison.verdict.alike and _is_fit(*materials):
         say(f"A longer fit may be closer: nacre fit {reference} --preset best")
@@ -155,9 +155,11 @@ def _textures(reference: Path, other: Path, output: Path, chosen: dict[str, Any]
     with ExitStack() as stack:
         readable = [stack.enter_context(transposed(btf, progress=line)) for btf in textures]
         found = compare_textures(*readable, pairs=chosen["pairs"], seed=seed, progress=line)
-    pictures = texture_rows(*textures)
+    pictures = texture_rows(textures[0], textures[1])
     scale, judgment = texture_scale(pictures), texture_verdict(pictures)
-    write_bytes(texture_sheet(*textures, (reference.name, other.name), pictures), output)
+    write_bytes(
+        texture_sheet(textures[0], textures[1], (reference.name, other.name), pictures), output
+    )
     worst = [{"x": x, "y": y, "MSE x 1e4": 1e4 * mse} for x, y, mse in found.worst()]
     shown, by_view = found.errors.shown()
     rows = [("pairs compared", found.compared), *shown.items()]
@@ -169,6 +171,6 @@ def _textures(reference: Path, other: Path, output: Path, chosen: dict[str, Any]
     )
     facts = keyed({"pairs compared": found.compared, **found.errors.facts()}, UNITS)
     judged = {"worst texels": worst, "color scale end": scale, "verdict": judgment.facts()}
-    line = f"{output}: reference | other | difference, whose colors end at {scale:g} here"
-    report(line, _names(reference, other, output) | facts | keyed(judged))
+    text = f"{output}: reference | other | difference, whose colors end at {scale:g} here"
+    report(text, _names(reference, other, output) | facts | keyed(judged))
     conclude(judgment)

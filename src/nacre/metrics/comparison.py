@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -9,12 +10,13 @@ import numpy as np
 
 from nacre.array import Floats, Image, Mask
 from nacre.brdf import Brdf
+from nacre.color import tone_map
 from nacre.latent.estimates import plausible
 from nacre.latent.intervals import interval
 from nacre.metrics.metrics import AngularErrors, ImageErrors, angular_errors, image_errors
 from nacre.metrics.verdict import Verdict, verdict
 from nacre.mitsuba.environment import Environment
-from nacre.mitsuba.lights import DIRECTIONS, Light
+from nacre.mitsuba.lights import DIRECTIONS, DirectionalLight, Light
 from nacre.mitsuba.sphere import SIZE, render_sphere, standard_lights
 
 Row = tuple[str, str, float]
@@ -162,6 +164,14 @@ def compare(
         materials=(truth, other),
         plausible=_plausible(truth, other, environment, size),
     )
+
+
+def directional_psnr(truth: Brdf, other: Brdf, size: int = SIZE) -> float:
+    """PSNR in dB of the spheres in directional light: that of :func:`compare`, in milliseconds."""
+    (a, mask), (b, _) = (render_sphere(brdf, DirectionalLight(), size) for brdf in (truth, other))
+    difference = (tone_map(a) - tone_map(b).astype(np.float64))[mask]
+    mean = float(np.mean(difference**2))
+    return -10.0 * math.log10(mean) if mean else math.inf
 
 
 def plausible_views(

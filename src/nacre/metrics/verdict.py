@@ -28,6 +28,10 @@ SOURCE = (
 )
 """Where the thresholds are from, for people."""
 
+HARDLY_SEEN = 40.0
+"""PSNR of pictures in dB above which one can hardly see a difference: a convention of papers on
+compression, which no study stands behind."""
+
 
 @dataclass(frozen=True)
 class _Level:
@@ -89,6 +93,13 @@ class Verdict:
             "flip_p95_threshold": NOTICED,
             "source": SOURCE,
         }
+
+
+def psnr_words(psnr: float) -> str:
+    """What a PSNR of pictures in dB means to a viewer."""
+    if psnr > HARDLY_SEEN:
+        return f"you can hardly see a difference (above {HARDLY_SEEN:g} dB)"
+    return f"you can see a difference (below {HARDLY_SEEN:g} dB)"
 
 
 def verdict(pictures: Iterable[tuple[str, Floats]]) -> Verdict:

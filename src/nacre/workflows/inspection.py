@@ -61,9 +61,9 @@ class Inspection:
     kind: str  # "brdf", "btf", "codec", "basis", "code" or "map"
     facts: Mapping[str, Any]  # in the order to show them
     units: Mapping[str, str]  # of the facts that have one
-    sentences: Sentences  # what it is, how large, whether anything is wrong
-    looks_wrong: bool = False
     brdf: Brdf | None = None
+    sentences: Sentences = ("", "", "")
+    looks_wrong: bool = False  # what the last of the sentences says
 
 
 def inspect(path: PathLike, *, physics: bool = True, pixels: Quantity | None = None) -> Inspection:
@@ -107,8 +107,8 @@ def inspect(path: PathLike, *, physics: bool = True, pixels: Quantity | None = N
     if path.is_file():
         facts["bytes"] = path.stat().st_size
     facts |= _terms(texture.source)
-    said, wrong = sentences.texture(path, entry, facts)
-    return Inspection("btf", facts, _known(facts, _TEXTURE_UNITS), said, wrong)
+    said, wrong = sentences.texture(facts, entry, path.name)
+    return Inspection("btf", facts, _known(facts, _TEXTURE_UNITS), None, said, wrong)
 
 
 def _reflectance(path: Path, entry: Format, brdf: Brdf, physics: bool) -> Inspection:
@@ -121,8 +121,8 @@ def _reflectance(path: Path, entry: Format, brdf: Brdf, physics: bool) -> Inspec
     facts["bytes"] = path.stat().st_size
     facts["sha256"] = (brdf.source or {}).get("sha256", "")
     facts |= _terms(brdf.source)
-    said, wrong = sentences.reflectance(path, entry, facts, brdf)
-    return Inspection("brdf", facts, _known(facts, units), said, wrong, brdf)
+    said, wrong = sentences.reflectance(facts, brdf, entry, path.name)
+    return Inspection("brdf", facts, _known(facts, units), brdf, said, wrong)
 
 
 def _terms(source: Mapping[str, str] | None) -> dict[str, str]:
@@ -143,7 +143,8 @@ def _other(path: Path) -> Inspection | None:
     facts: dict[str, Any]
     if has_header(path, CODEC):
         facts = codec_facts(path)
-        return Inspection("codec", facts, {"bytes": "bytes"}, sentences.other(path, "codec", facts))
+        said = sentences.other("codec", facts, path.name)
+        return Inspection("codec", facts, {"bytes": "bytes"}, None, said)
     if has_header(path, BASIS):
         kind, described = "basis", load_basis(path).describe()
         facts = {"model" if name == "kind" else name: value for name, value in described.items()}
@@ -155,7 +156,8 @@ def _other(path: Path) -> Inspection | None:
     else:
         return None
     facts["bytes"] = path.stat().st_size
-    return Inspection(kind, facts, _known(facts, _UNITS), sentences.other(path, kind, facts))
+    said = sentences.other(kind, facts, path.name)
+    return Inspection(kind, facts, _known(facts, _UNITS), None, said)
 
 
 def _code_facts(path: Path) -> dict[str, Any]:

@@ -15,9 +15,6 @@ from nacre.objects.described import readable_size
 Sentences = tuple[str, str, str]
 """What it is; how large; whether anything is wrong."""
 
-HARDLY_SEEN = 40.0
-"""PSNR of pictures in dB above which one can hardly see a difference, by convention."""
-
 _KINDS = {
     "codec": "A texture codec",
     "basis": "A latent basis",
@@ -39,20 +36,23 @@ _PARTS = (  # facts that tell a size, and how to say them
 
 
 def reflectance(
-    path: Path, entry: Format, facts: Mapping[str, Any], brdf: Brdf
+    facts: Mapping[str, Any], brdf: Brdf, entry: Format | None = None, file: str = "FILE"
 ) -> tuple[Sentences, bool]:
-    """Sentences about a reflectance from its facts, and whether something looks wrong."""
+    """Sentences about a reflectance from its facts, and whether something looks wrong.
+
+    `entry` is the format of its file, if it lies in one, and `file` the name of that.
+    """
     from nacre.metrics.soundness import conclusion, findings
 
     isotropy = "isotropic" if brdf.isotropic else "anisotropic"
-    formula = not entry.measured and "weights" not in facts
-    if entry.kind == "btf":
-        noun = "reflectance, a texture of one texel"
-    elif entry.measured:
-        noun = "measured reflectance"
+    formula = entry is not None and not entry.measured and "weights" not in facts
+    if "weights" in facts:
+        noun = "network"
+    elif formula:
+        noun = "analytic model"
     else:
-        noun = "analytic model" if formula else "network"
-    what = f"An {isotropy} {noun}{_format(entry)}{_named(path, facts)}"
+        noun = "reflectance" if entry is None else "measured reflectance"
+    what = f"An {isotropy} {noun}{_format(entry)}{_named(facts, file)}"
     fitted = facts.get("fitted to")
     what += f", fitted to {fitted}." if fitted else "."
     size = _size(facts)
@@ -61,14 +61,16 @@ def reflectance(
     if "energy" not in facts:
         unknown = "Energy and reciprocity were not computed."
         return (what, size, f"{unknown}{_quality(facts)}"), False
-    found = findings(facts, path.name, formula=formula)
+    found = findings(facts, file, formula=formula)
     return (what, size, conclusion(found) + _quality(facts)), any(one.wrong for one in found)
 
 
-def texture(path: Path, entry: Format, facts: Mapping[str, Any]) -> tuple[Sentences, bool]:
+def texture(
+    facts: Mapping[str, Any], entry: Format | None = None, file: str = "FILE"
+) -> tuple[Sentences, bool]:
     """As :func:`reflectance`, about a texture."""
     kind = "An encoded" if "latent size" in facts else "A measured"
-    what = f"{kind} texture{_format(entry)}{_named(path, facts)}."
+    what = f"{kind} texture{_format(entry)}{_named(facts, file)}."
     low, high = facts["value range"]
     mean = sum(facts["mean value"]) / 3.0
     values = f"from {low:.3g} to {high:.3g}, {mean:.3g} on average"
@@ -76,15 +78,19 @@ def texture(path: Path, entry: Format, facts: Mapping[str, Any]) -> tuple[Senten
     if repeated := facts.get("pairs that repeat others"):
         seen += f" {repeated:,} pairs of directions repeat others."
     if mean > 1.0:
-        hint = " If its pixels are radiance, add --pixels radiance." if entry.claims_folder else ""
+        hint = (
+            " If its pixels are radiance, add --pixels radiance."
+            if entry and entry.claims_folder
+            else ""
+        )
         return (what, _size(facts), f"Something looks wrong. {seen}{hint}"), True
     return (what, _size(facts), f"Nothing is wrong. {seen}{_loss(facts)}"), False
 
 
-def other(path: Path, kind: str, facts: Mapping[str, Any]) -> Sentences:
+def other(kind: str, facts: Mapping[str, Any], file: str) -> Sentences:
     """About a file of nacre that holds no material; such a file is whole if it could be read."""
     of = f" ({facts['model']})" if "model" in facts else ""
-    return f"{_KINDS[kind]}{of}{_named(path, facts)}.", _size(facts), "Nothing is wrong."
+    return f"{_KINDS[kind]}{of}{_named(facts, file)}.", _size(facts), "Nothing is wrong."
 
 
 def sized(count: int) -> str:
@@ -92,14 +98,15 @@ def sized(count: int) -> str:
     return f"{count:,} bytes" if count < 10_000 else readable_size(count)
 
 
-def _format(entry: Format) -> str:
-    return "" if entry.name.startswith("nacre") else f" ({entry.name})"
+def _format(entry: Format | None) -> str:
+    """Its name, but for nacre's own."""
+    return "" if entry is None or entry.name.startswith("nacre") else f" ({entry.name})"
 
 
-def _named(path: Path, facts: Mapping[str, Any]) -> str:
+def _named(facts: Mapping[str, Any], file: str) -> str:
     """The name, if it says more than that of the file."""
     name = facts.get("name") or facts.get("textures") or ""
-    return "" if name in ("", path.stem) else f": {name}"
+    return "" if name in ("", Path(file).stem) else f": {name}"
 
 
 def _size(facts: Mapping[str, Any]) -> str:
@@ -112,8 +119,11 @@ def _size(facts: Mapping[str, Any]) -> str:
     if "width" in facts:
         parts.append(f"{facts['width']:,} x {facts['height']:,} texels")
     parts += [words.format(facts[name]) for name, words in _PARTS if facts.get(name) is not None]
-    size = f"The file has {sized(facts['bytes'])}" if "bytes" in facts else "A folder"
-    return f"{size}: {', '.join(parts)}." if parts else f"{size}."
+    if "bytes" in facts:
+        size = f"The file has {sized(facts['bytes'])}"
+        return f"{size}: {', '.join(parts)}." if parts else f"{size}."
+    text = ", ".join(parts)
+    return f"{text[:1].upper()}{text[1:]}."
 
 
 def _quality(facts: Mapping[str, Any]) -> str:
@@ -122,14 +132,10 @@ def _quality(facts: Mapping[str, Any]) -> str:
     values = [facts[name] for name in names if isinstance(facts.get(name), float)]
     if len(values) < len(names):
         return ""
+    from nacre.metrics.verdict import psnr_words
+
     shown = f"PSNR {values[0]:.1f} dB in an environment, {values[1]:.1f} dB in directional light"
     return f" Spheres of it and of what it was fitted to: {shown}; {psnr_words(min(values))}."
-
-
-def psnr_words(psnr: float) -> str:
-    """What a PSNR of pictures in dB means: a convention, as papers have it."""
-    seen = "you can hardly see" if psnr > HARDLY_SEEN else "you can see"
-    return f"{seen} a difference ({'above' if psnr > HARDLY_SEEN else 'below'} {HARDLY_SEEN:g} dB)"
 
 
 def _loss(facts: Mapping[str, Any]) -> str:
