@@ -98,7 +98,7 @@ def conclude(verdict: Verdict) -> None:
     from nacre.metrics.verdict import SOURCE
 
     say("")
-    tell([str(verdict), f"({SOURCE})"])
+    tell([str(verdict), *([f"({SOURCE})"] if verdict.flip else [])])
 
 
 def _is_fit(reference: Brdf, other: Brdf) -> bool:
@@ -164,7 +164,9 @@ def _textures(reference: Path, other: Path, output: Path, chosen: dict[str, Any]
     shown, by_view = found.errors.shown()
     rows = [("pairs compared", found.compared), *shown.items()]
     print_facts(f"{other.name} against {reference.name}", rows, UNITS)
+    say("")
     print_table(("views", "MSE x 1e4"), by_view.items())
+    say("")
     print_table(
         ("worst texels (x, y)", "MSE x 1e4"),
         [(f"{w['x']}, {w['y']}", w["MSE x 1e4"]) for w in worst],

@@ -67,7 +67,8 @@ def command(
         tell(found.sentences, indent=2)
         if session().verbose:
             print_facts("  figures", found.facts.items(), found.units)
-    if not session().verbose and not session().as_json:
+    shown = any("error" not in result for result in results)
+    if shown and not session().verbose and not session().as_json:
         note("-v shows all figures, --json gives them to scripts")
     if plot is not None and plotted:
         from nacre.figures.plot import lobe_figure, write_plot

@@ -121,4 +121,6 @@ def _gaps(facts: Mapping[str, Any]) -> Iterator[Finding]:
 def percent(share: float) -> str:
     """A share for people: 0.037 is "3.7 %"."""
     number = 100.0 * share
-    return f"{number:.0f} %" if number >= 10.0 and number < 99.0 else f"{number:.3g} %"
+    if number < 10.0:
+        return f"{number:.2g} %"
+    return f"{number:.3g} %" if 99.0 <= number < 100.0 else f"{number:.0f} %"

@@ -113,7 +113,7 @@ def _size(facts: Mapping[str, Any]) -> str:
     parts = []
     weights, memory = facts.get("weights"), facts.get("memory bytes")
     if weights is not None:
-        parts.append(f"{weights:,} weights{f', {sized(memory)}' if memory else ''}")
+        parts.append(f"{weights:,} weights{f' of {sized(memory)}' if memory else ''}")
     elif memory:
         parts.append(f"{sized(memory)} in memory")
     if "width" in facts:
@@ -135,7 +135,7 @@ def _quality(facts: Mapping[str, Any]) -> str:
     from nacre.metrics.verdict import psnr_words
 
     shown = f"PSNR {values[0]:.1f} dB in an environment, {values[1]:.1f} dB in directional light"
-    return f" Spheres of it and of what it was fitted to: {shown}; {psnr_words(min(values))}."
+    return f" Beside what it was fitted to: {shown}; {psnr_words(min(values))}."
 
 
 def _loss(facts: Mapping[str, Any]) -> str:
