@@ -43,8 +43,8 @@ def scale_end(errors: Iterable[Floats]) -> float:
 
 
 def scale_note(end: float) -> str:
-    """Where a sheet's color scale for errors ends, and that others end elsewhere."""
-    return f"colors of this sheet end at {end:g}, of others perhaps elsewhere"
+    """Where the color scale for errors ends: other sheets may have another."""
+    return f"colors end at {end:g} on this sheet"
 
 
 def display_bytes(values: Floats) -> Bytes:
