@@ -61,7 +61,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     nacre.save(NeuralBrdf(layers), folder / "turned.bin")
     done = run("fit", "table.binary", "--epochs", 2, "--samples", 20000, cwd=folder)
     assert done.returncode == 0, done.stderr
-    assert "675 weights (1,350 bytes)" in done.stdout
+    assert "675 weights of 1,350 bytes" in done.stdout
+    assert re.search(r"^  PSNR \S+ dB on a sphere in directional light: ", done.stdout, re.M)
+    assert "nacre compare table.binary table.safetensors" in done.stdout
     return folder
 
 

@@ -103,7 +103,8 @@ def _reciprocity(facts: Mapping[str, Any], formula: bool) -> Iterator[Finding]:
         elif error <= LARGE_RECIPROCITY:
             yield Finding(f"{share}: usual for measured paints and foils.", notable=True)
         else:
-            hint = "If its color does not change with the angle, check that light and viewer are not mixed up."
+            unusual = "If its color does not change with the angle"
+            hint = f"{unusual}, check that light and viewer are not mixed up."
             yield Finding(f"{share}. {hint}", wrong=True)
 
 
