@@ -96,7 +96,7 @@ def test_fit_takes_bytes_and_a_precision(command, folder, tmp_path):
     material = nacre.load(tmp_path / "table.safetensors")
     assert material.precision == "half"
     assert 800 < material.nbytes <= 900
-    assert f"{material.weight_count} weights ({material.nbytes} bytes)" in done.stdout
+    assert f"{material.weight_count} weights of {material.nbytes} bytes" in done.stdout
 
 
 def test_the_fit_of_a_scan_ends_in_its_error_at_held_out_samples(command, tmp_path):
