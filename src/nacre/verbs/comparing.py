@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
     from nacre.metrics.comparison import Comparison
     from nacre.metrics.texture_comparison import TextureComparison
+    from nacre.metrics.verdict import Verdict
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -35,6 +36,8 @@ class Compared:
     """Measures by name, as `nacre compare` prints them: under the lights "environment" and
     "directional", and over pairs of directions, "angles"; for a texture over its "values", by
     "views", and of its "worst texels"."""
+    verdict: Verdict
+    """Whether a viewer would see the difference."""
     details: Comparison | TextureComparison
     """All that was computed."""
     draw: Callable[[], Any]
@@ -60,7 +63,7 @@ class Compared:
         return rows
 
     def __repr__(self) -> str:
-        return f"{self.other} against {self.reference}\n{text_table(self._rows())}"
+        return f"{self.other} against {self.reference}\n{text_table(self._rows())}\n{self.verdict}"
 
     def _repr_html_(self) -> str:
         drawn = base64.b64encode(self.picture._repr_png_() or b"").decode()
@@ -155,7 +158,7 @@ def _reflectances(
 
         return picture(found)
 
-    return Compared(*names, figures, found, draw)
+    return Compared(*names, figures, found.verdict, found, draw)
 
 
 def _textures(
@@ -166,6 +169,7 @@ def _textures(
     seed: int,
     progress: Progress,
 ) -> Compared:
+    from nacre.figures.texture_sheet import texture_rows, texture_sheet, texture_verdict
     from nacre.measured.textures.transposition import transposed
     from nacre.metrics.texture_comparison import compare_textures
 
@@ -180,9 +184,9 @@ def _textures(
         "worst texels": {f"MSE x 1e4, {where}": value for where, value in worst.items()},
     }
 
+    rows = texture_rows(first, second)
+
     def draw() -> Any:
-        from nacre.figures.texture_sheet import texture_sheet
+        return texture_sheet(first, second, names, rows=rows)
 
-        return texture_sheet(first, second, names)
-
-    return Compared(*names, figures, found, draw)
+    return Compared(*names, figures, texture_verdict(rows), found, draw)

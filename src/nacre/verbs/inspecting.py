@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from nacre.verbs.material import Given, label, opened, path_of
 from nacre.verbs.tables import html_table, text_table, value_text
-from nacre.workflows.inspection import inspect, inspect_material
+from nacre.workflows.inspection import Inspection, inspect, inspect_material
+from nacre.workflows.sentences import Sentences
 
 if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
@@ -16,9 +17,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Facts(Mapping[str, Any]):
-    """Facts by name, in the order to show them, as `nacre info` prints them."""
+    """Facts by name, in the order to show them, as `nacre info -v` prints them."""
 
     title: str
+    sentences: Sentences
     kind: str  # "brdf", "btf", "codec", "basis", "code" or "map"
     facts: Mapping[str, Any]
     units: Mapping[str, str]  # of the facts that have one
@@ -38,7 +40,7 @@ class Facts(Mapping[str, Any]):
 
     def __repr__(self) -> str:
         rows = (("", name, f"{value}  {unit}") for name, value, unit in self._rows())
-        return f"{self.title}\n{text_table(rows)}"
+        return "\n".join((self.title, *self.sentences, text_table(rows)))
 
     def _repr_html_(self) -> str:
         return html_table(self._rows())
@@ -76,7 +78,11 @@ def info(material: Given, *, physics: bool = True, pixels: Quantity | None = Non
     path = path_of(material)
     if path is not None:
         found = inspect(path, physics=physics, pixels=pixels)
-        return Facts(label(material), found.kind, found.facts, found.units)
+        return _facts(label(material), found)
     brdf = opened(material, quantity=pixels)
     found = inspect_material(brdf, physics=physics)
-    return Facts(label(brdf), found.kind, found.facts, found.units)
+    return _facts(label(brdf), found)
+
+
+def _facts(title: str, found: Inspection) -> Facts:
+    return Facts(title, found.sentences, found.kind, found.facts, found.units)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.color import tone_map
-from nacre.errors import NacreError, require
+from nacre.errors import NacreError
 from nacre.io.files import PathLike
 
 _ANIMATED = 4  # axes: frames, rows, columns, colors
@@ -79,6 +79,8 @@ class Picture(np.ndarray[Any, np.dtype[Any]]):
 
     def _repr_png_(self) -> bytes | None:
         """The picture for notebooks; None where it is none."""
+        from PIL import Image
+
         if not self._is_picture():
             return None
         if self.ndim == _ANIMATED:
