@@ -103,7 +103,8 @@ class KernelTrainer:
         self._training = pack(network, rows, rows.reshape(-1), targets, *tiles)
         self._judging = pack(network, rows, targets)
         self._moments = pack(self._mean, self._square)
-        self._step = 0
+        self.steps = 0
+        """Adam steps taken, which it corrects its moments by."""
 
     def _views(self, flat: Weights) -> list[tuple[Weights, Weights]]:
         """Unpadded weights and biases of every layer inside a padded flat vector."""
@@ -119,18 +120,19 @@ class KernelTrainer:
     def copy(self) -> KernelTrainer:
         """A trainer in the same state, with memory of its own."""
         made = KernelTrainer(self.layers(), self._batch * BLOCK, self._activation, self._offset)
-        for own, other in zip(made._state, self._state, strict=True):
-            own[:] = other
-        made._step = self._step
+        made.follow(self, self.steps)
         return made
 
-    @staticmethod
-    def average(trainers: Sequence[KernelTrainer]) -> None:
-        """Give trainers of one network the mean of their weights and moments."""
-        for arrays in zip(*(trainer._state for trainer in trainers), strict=True):
-            arrays[0][:] = np.mean(arrays, axis=0)
-            for array in arrays[1:]:
-                array[:] = arrays[0]
+    def follow(self, other: KernelTrainer, steps: int) -> None:
+        """Take on weights and moments of another trainer of the same network, as after `steps`."""
+        for own, its in zip(self._state, other._state, strict=True):
+            own[:] = its
+        self.steps = steps
+
+    def average(self, other: KernelTrainer) -> None:
+        """Take on the mean of weights and moments with another trainer of the same network."""
+        for own, its in zip(self._state, other._state, strict=True):
+            own[:] = np.mean((own, its), axis=0)
 
     @property
     def _state(self) -> tuple[Weights, Weights, Weights]:
@@ -150,9 +152,9 @@ class KernelTrainer:
 
     def epoch(self, samples: Samples, order: npt.NDArray[np.int64], rates: Weights) -> None:
         """Take one step per learning rate over the blocks in `order`."""
-        steps = order, self._batch, rates, self._step, self._moments
+        steps = order, self._batch, rates, self.steps, self._moments
         _epoch(samples.blocks, *steps, self._training)
-        self._step += len(rates)
+        self.steps += len(rates)
 
     def loss(self, samples: Samples) -> float:
         return self._mean_loss(samples, np.arange(samples.block_count))
