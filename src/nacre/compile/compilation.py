@@ -15,7 +15,6 @@ import importlib.util
 import threading
 from array import array
 from functools import cache
-from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -115,6 +114,6 @@ def _source(module: str) -> Path:
 @cache
 def cache_folder(source: Path) -> Path:
     """Where compiled functions of the modules in a folder are kept for this processor."""
-    here = Path(__file__).parent
-    sources = [*(here / name for name in _SOURCES), *sorted(source.glob("*.py"))]
-    return code_folder("kernel", sources, (metadata.version("numba"),))
+    here, version = Path(__file__).parent, _source("numba").with_name("_version.py")
+    sources = [*(here / name for name in _SOURCES), version, *sorted(source.glob("*.py"))]
+    return code_folder("kernel", sources)
