@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import time
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -12,7 +11,6 @@ import click
 import nacre
 from nacre.cli.session import session
 from nacre.errors import NacreError
-from nacre.io.outputs import overwrite, written_by
 from nacre.registry import Registry
 
 
@@ -68,6 +66,7 @@ class Command(click.Command):
         """See click; shows progress while the command runs."""
         from nacre.cli.display import Display
         from nacre.cli.report import detail, status
+        from nacre.io.outputs import overwrite, written_by
 
         now, began = session(), time.monotonic()
         display = Display(ctx.command_path, status, quiet=now.quiet, verbose=now.verbose)
@@ -133,6 +132,8 @@ class Group(click.Group):
             if args[0] in self._elsewhere:
                 package = self._elsewhere[args[0]][1]
                 raise NacreError(f"{args[0]!r} comes with {package}: pip install {package}")
+            import difflib
+
             near = difflib.get_close_matches(args[0], self._commands, 3, 0.5)
             hint = f"; did you mean {' or '.join(near)}?" if near else ""
             ctx.fail(f"No such command {args[0]!r}{hint}")

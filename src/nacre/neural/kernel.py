@@ -85,9 +85,11 @@ class KernelTrainer:
         starts = np.array([0, *itertools.accumulate(counts[:-1])])
         # The extra block keeps rows from falling on the same cache sets.
         stride = _round_up(batch, PANEL) + BLOCK
-        self._weights, self._mean, self._square, self._gradient = (
-            aligned_zeros(sum(counts)) for _ in range(4)
-        )
+        # Weights and both moments, each on a boundary of 64 bytes.
+        size = _round_up(sum(counts), BLOCK)
+        self._state, self._gradient = aligned_zeros(3 * size), aligned_zeros(sum(counts))
+        whole = range(0, 3 * size, size)
+        self._weights, mean, square = (self._state[k : k + sum(counts)] for k in whole)
         form = activation == SQUARED_RELU, bool(offset)
         self._widths, self._starts = widths, starts
         network = pack(np.array(widths), starts, self._weights, stride, *form)
@@ -102,7 +104,7 @@ class KernelTrainer:
         tiles = factors, sums, parts, places, self._gradient
         self._training = pack(network, rows, rows.reshape(-1), targets, *tiles)
         self._judging = pack(network, rows, targets)
-        self._moments = pack(self._mean, self._square)
+        self._moments = pack(mean, square)
         self.steps = 0
         """Adam steps taken, which it corrects its moments by."""
 
@@ -125,18 +127,13 @@ class KernelTrainer:
 
     def follow(self, other: KernelTrainer, steps: int) -> None:
         """Take on weights and moments of another trainer of the same network, as after `steps`."""
-        for own, its in zip(self._state, other._state, strict=True):
-            own[:] = its
+        self._state[:] = other._state
         self.steps = steps
 
     def average(self, other: KernelTrainer) -> None:
         """Take on the mean of weights and moments with another trainer of the same network."""
-        for own, its in zip(self._state, other._state, strict=True):
-            own[:] = np.mean((own, its), axis=0)
-
-    @property
-    def _state(self) -> tuple[Weights, Weights, Weights]:
-        return self._weights, self._mean, self._square
+        self._state += other._state
+        self._state *= np.float32(0.5)
 
     def layers(self) -> list[Layer]:
         """Copies of the current layers."""
