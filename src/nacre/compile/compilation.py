@@ -44,6 +44,11 @@ class Packed(NamedTuple):
     """The arguments, so that their memory stays."""
 
 
+@cache
+def _kind(dtype: np.dtype[Any], dimensions: int, contiguous: bool) -> str:
+    return f"{dtype} {dimensions}{'C' if contiguous else 'A'}"
+
+
 def pack(*arguments: Any) -> Packed:
     """Arrays and numbers for calls of compiled functions, made ready once for many calls."""
     kinds: list[str] = []
@@ -53,8 +58,7 @@ def pack(*arguments: Any) -> Packed:
             kinds += argument.kinds
             words += argument.words
         elif isinstance(argument, np.ndarray):
-            layout = "C" if argument.flags.c_contiguous else "A"
-            kinds.append(f"{argument.dtype} {argument.ndim}{layout}")
+            kinds.append(_kind(argument.dtype, argument.ndim, argument.flags.c_contiguous))
             words += 0, 0, argument.size, argument.itemsize, argument.ctypes.data
             words += argument.shape
             words += (stride & _WORD for stride in argument.strides)
