@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import importlib
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from importlib import metadata
 from typing import Any, Generic, TypeVar
 
@@ -64,11 +64,11 @@ class Registry(Mapping[str, _Member], Generic[_Member]):
     def __len__(self) -> int:
         return sum(1 for _ in self)
 
-    def members(self) -> Iterator[tuple[str, _Member]]:
-        """All names and members; one from another package that does not load is left out with a
-        warning, for a broken plugin must not take everything else with it.
+    def members(self, names: Iterable[str] | None = None) -> Iterator[tuple[str, _Member]]:
+        """All names and members, or those of some names; one from another package that does not
+        load is left out with a warning, for a broken plugin must not take everything else with it.
         """
-        for name in self:
+        for name in self if names is None else names:
             try:
                 yield name, self[name]
             except NacreError as error:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import time
 from collections.abc import Callable, Iterator, Mapping
 from importlib.util import find_spec
@@ -14,7 +13,6 @@ import nacre
 from nacre.cli.layout import options_of, write
 from nacre.cli.session import session
 from nacre.errors import NacreError
-from nacre.io.outputs import overwrite, written_by
 from nacre.registry import Registry
 
 
@@ -74,6 +72,7 @@ class Command(click.Command):
         """See click; shows progress while the command runs."""
         from nacre.cli.display import Display
         from nacre.cli.report import detail, status
+        from nacre.io.outputs import overwrite, written_by
 
         now, began = session(), time.monotonic()
         display = Display(
@@ -154,6 +153,8 @@ class Group(click.Group):
 
     def _similar(self, ctx: click.Context, name: str) -> list[str]:
         """Commands, as typed, that an unknown one may mean: of its name elsewhere, or alike."""
+        import difflib
+
         root = ctx.find_root()
         assert isinstance(root.command, Group)
         same = [
