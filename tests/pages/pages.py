@@ -67,18 +67,18 @@ def type_page(
         command.append(str(_HERE / "results.py"))
     else:
         environment.pop("PYTHONPATH", None)
-    with tempfile.TemporaryDirectory() as state, tempfile.TemporaryDirectory() as folder:
-        with _mirror() as address:
-            environment |= {"NACRE_STATE": state, "NACRE_CACHE": state, "NACRE_MIRROR": address}
-            return subprocess.run(
-                command,
-                cwd=folder,
-                env=environment,
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-                text=True,
-            )
+    new = tempfile.TemporaryDirectory
+    with new() as state, new() as folder, _mirror() as address:
+        environment |= {"NACRE_STATE": state, "NACRE_CACHE": state, "NACRE_MIRROR": address}
+        return subprocess.run(
+            command,
+            cwd=folder,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
 
 
 @contextmanager

@@ -10,7 +10,7 @@ import pytest
 
 from tests.data import require_data
 from tests.pages.pages import PAGES, distributions, downloads, type_page
-from tests.pages.typed import Block, Failure, Typist, blocks, shell_lines, shows
+from tests.pages.typed import Block, TypingError, Typist, blocks, shell_lines, shows
 from tests.tiers import tiered
 
 NOT_RUN = {
@@ -75,8 +75,8 @@ a
 
 def test_blocks_of_a_page() -> None:
     first, second, third, fourth = blocks(PAGE)
-    lines = [(number, line.split()) for number, line in shell_lines(first)]
-    assert lines == [(3, "nacre info a".split()), (4, "nacre fit a -o b # c".split())]
+    lines = [(number, " ".join(line.split())) for number, line in shell_lines(first)]
+    assert lines == [(3, "nacre info a"), (4, "nacre fit a -o b # c")]
     assert (second.language, second.why_not, second.line) == ("python", "needs a network", 11)
     assert (third.name, third.text) == ("scene.xml", "<scene/>\n")
     assert (fourth.language, fourth.name, fourth.why_not) == ("text", "", "")
@@ -112,7 +112,7 @@ def test_lines_that_fail(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("paint.glsl").write_text("vec3 paint_pdf(vec3 wi, vec3 wo)")
-    with pytest.raises(Failure) as failure:
+    with pytest.raises(TypingError) as failure:
         Typist(Path("page.md")).type(block)
     assert problem in str(failure.value)
 
@@ -123,7 +123,7 @@ def test_lines_that_do_what_they_say(tmp_path: Path, monkeypatch: pytest.MonkeyP
     for language, text in (
         ("", "echo 1 > a; exit 2  # refused: a reason\n"),
         ("", "trap 'exit 0' INT; echo ready; sleep 60 & wait  # until Ctrl-C\n"),
-        ("python", "print(open('a').read())\n"),
+        ("python", "from pathlib import Path\nprint(Path('a').read_text())\n"),
         ("text", "1\n"),
     ):
         typist.type(Block(1, language, text, "", ""))

@@ -1,14 +1,14 @@
 """Type what a page says, in order, in the working folder, and stop at the first line that fails.
 
-`python -P typed.py PAGE [RESULTS]` types with the commands beside that Python, and needs no package.
-The function in RESULTS that has the page's name then gets the names that its Python left. Of the code
-blocks in the page,
+`python -P typed.py PAGE [RESULTS]` types with the commands beside that Python, and needs no other
+package than nacre. The function in RESULTS that has the page's name then gets the names that its
+Python left. Of the code blocks in the page,
 
 - those without a language are lines of a shell, but for the `INSTALLING` ones;
 - `python` runs in this process, names stay from block to block;
 - `text` is what the block before it printed: `...` is any text, numbers agree to a tenth;
-- one in another language is saved if the paragraph before it says "Save this as `NAME`", otherwise it
-  is for reading (`READ`), but what it calls must be in a file that the page made.
+- one in another language is saved if the paragraph before it says "Save this as `NAME`", otherwise
+  it is for reading (`READ`), but what it calls must be in a file that the page made.
 
 A line whose comment begins with "refused" must end with exit code 2; one "until Ctrl-C" gets it
 once it has printed something. A block after `<!-- not run: WHY -->` is left out.
@@ -92,7 +92,7 @@ def shows(expected: str, printed: str) -> bool:
     )
 
 
-class Failure(Exception):
+class TypingError(Exception):
     """A line of a page did not do what the page says."""
 
 
@@ -105,14 +105,14 @@ class Typist:
         self._printed = ""
 
     def type(self, block: Block) -> None:
-        """Do what a block says; a Failure says which line fails, and what it printed."""
+        """Do what a block says; a TypingError says which line fails, and what it printed."""
         if block.why_not:
             return
         if block.name:
             Path(block.name).write_text(block.text, "utf-8")
         elif block.language == "text":
             if not shows(block.text, self._printed):
-                raise self._failure(block.line, "this is not printed", self._printed)
+                raise self._error(block.line, "this is not printed", self._printed)
         elif block.language == "python":
             self._printed = self._python(block)
         elif block.language:
@@ -120,8 +120,8 @@ class Typist:
         else:
             self._printed = "".join(self._shell(*line) for line in shell_lines(block))
 
-    def _failure(self, line: int, problem: str, printed: str) -> Failure:
-        return Failure(f"{self._page}:{line}: {problem}\n{printed}")
+    def _error(self, line: int, problem: str, printed: str) -> TypingError:
+        return TypingError(f"{self._page}:{line}: {problem}\n{printed}")
 
     def _python(self, block: Block) -> str:
         began, out = time.monotonic(), io.StringIO()
@@ -131,7 +131,7 @@ class Typist:
                 exec(code, self.names)
         except Exception:
             last = traceback.format_exc()
-            raise self._failure(block.line, "this fails", out.getvalue() + last) from None
+            raise self._error(block.line, "this fails", out.getvalue() + last) from None
         _tell(began, f"{block.text.splitlines()[0]} ...")
         return out.getvalue()
 
@@ -154,17 +154,17 @@ class Typist:
             printed = first + process.communicate(timeout=_LIMIT)[0]
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)
-            raise self._failure(number, f"{line}\nis not done in {_LIMIT} s", "") from None
+            raise self._error(number, f"{line}\nis not done in {_LIMIT} s", "") from None
         expected = 2 if re.search(r"# refused\b", line) else 0
         if process.returncode != expected:
             problem = f"{line}\nends with exit code {process.returncode}"
-            raise self._failure(number, problem, printed)
+            raise self._error(number, problem, printed)
         _tell(began, line)
         return printed
 
     def _read(self, block: Block) -> None:
         if block.language not in READ:
-            raise self._failure(block.line, f"who runs {block.language}?", "")
+            raise self._error(block.line, f"who runs {block.language}?", "")
         files = [path for path in Path().rglob("*") if path.is_file()]
         stems = {path.name.partition(".")[0] for path in files}
         called = {
@@ -174,7 +174,7 @@ class Typist:
         }
         written = [p.read_text("utf-8") for p in files if p.suffix == f".{block.language}"]
         if missing := sorted(name for name in called if not any(name in w for w in written)):
-            raise self._failure(block.line, f"no file defines {', '.join(missing)}", "")
+            raise self._error(block.line, f"no file defines {', '.join(missing)}", "")
 
 
 def _tell(began: float, what: str) -> None:
@@ -190,8 +190,8 @@ def main(page: Path, results: Path | None = None) -> int:
     try:
         for block in blocks(page.read_text("utf-8")):
             typist.type(block)
-    except Failure as failure:
-        print(failure)
+    except TypingError as error:
+        print(error)
         return 1
     if results is not None and (check := runpy.run_path(str(results)).get(page.stem)):
         check(typist.names)
