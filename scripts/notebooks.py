@@ -46,6 +46,8 @@ def executed(path: Path) -> Any:
             output.get("metadata", {}).clear()
             if "data" in output:
                 _tidy(output.data)
+            if "text" in output:
+                output.text = re.sub(r", [\d.]+ s$", "", output.text, flags=re.M)
     return notebook
 
 

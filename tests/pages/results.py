@@ -8,13 +8,15 @@ import numpy as np
 
 
 def gradients(names: dict[str, Any]) -> None:
-    """The light is found, and trained weights are closer to the measurement."""
+    """The light is found, and trained weights are closer to the measurement at grazing views."""
     import nacre
 
     random = np.random.default_rng(7)
     found = names["normalize"](names["direction"], dim=0).tolist()
     np.testing.assert_allclose(found, [0.505, 0.303, 0.808], atol=5e-3)
     wi, wo = _directions(random), _directions(random)
+    wo = wo[wo[:, 2] < 0.5]
+    wi = wi[: len(wo)]
     truth = np.log1p(names["measured"].eval(wi, wo))
     tuned: Any = nacre.load("satin_tuned.safetensors")
     before, after = (

@@ -122,7 +122,7 @@ def test_lines_that_do_what_they_say(tmp_path: Path, monkeypatch: pytest.MonkeyP
     typist = Typist(Path("page.md"))
     for language, text in (
         ("", "echo 1 > a; exit 2  # refused: a reason\n"),
-        ("", "trap 'exit 0' INT; echo ready; sleep 60 & wait  # until Ctrl-C\n"),
+        ("", "trap 'exit 0' INT; echo at http://localhost; sleep 60 & wait  # until Ctrl-C\n"),
         ("python", "from pathlib import Path\nprint(Path('a').read_text())\n"),
         ("text", "1\n"),
     ):

@@ -11,7 +11,7 @@ Python left. Of the code blocks in the page,
   it is for reading (`READ`), but what it calls must be in a file that the page made.
 
 A line whose comment begins with "refused" must end with exit code 2; one "until Ctrl-C" gets it
-once it has printed something. A block after `<!-- not run: WHY -->` is left out.
+once it has printed an address. A block after `<!-- not run: WHY -->` is left out.
 """
 
 from __future__ import annotations
@@ -148,7 +148,8 @@ class Typist:
         assert process.stdout is not None
         first = ""
         if "until Ctrl-C" in line:
-            first = process.stdout.readline()
+            while "http" not in first and (more := process.stdout.readline()):
+                first += more
             os.killpg(process.pid, signal.SIGINT)
         try:
             printed = first + process.communicate(timeout=_LIMIT)[0]
