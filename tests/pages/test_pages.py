@@ -16,6 +16,7 @@ from tests.tiers import tiered
 NOT_RUN = {
     "clusters": ["needs a cluster", "needs SLURM", "needs Kubernetes"],
     "from-photographs": ["needs a photograph and its surroundings"],
+    "libraries": ["needs a GPU"],
     "textures": ["needs photographs", "takes hours"],
 }
 """The blocks of pages that no test runs, by the page's name."""
