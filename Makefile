@@ -96,10 +96,10 @@ notebooks:  ## Run the notebooks of docs/ and keep what their cells give in them
 
 RELEASE := .venv-release/bin/python
 
-release: $(RELEASE)  ## Wheels, source archives, bill of materials in out/release, and their checks.
+release: $(RELEASE) setup  ## Wheels, source archives, bill of materials in out/release, and their checks.
 	$(RELEASE) scripts/release.py
 
-matrix: $(RELEASE)  ## The wheels of out/release in many environments; ROWS=3.12 for some of them.
+matrix: $(RELEASE) setup  ## The wheels of out/release in many environments; ROWS=3.12 for some of them.
 	$(RELEASE) scripts/matrix.py $(ROWS)
 
 $(RELEASE): requirements/release.lock

@@ -14,14 +14,16 @@ from collections.abc import Container, Iterator
 
 import click
 
-from nacre.cli import COMMANDS, LAB, root
+from nacre.cli import LAB, root
+from nacre.cli.command import Group
+from nacre.cli.layout import Option, heading, is_shared
 
 HEAD = """\
 # Command line
 
 `nacre VERB INPUT... [-o OUTPUT]`. A material is a reflectance (BRDF) or a texture (BTF); the file
 determines which, and options for the other kind are refused. `python scripts/command_line.py` makes
-this page from the help texts.
+this page from the help texts. `nacre FILE` says what a file is and which commands take it.
 
 Every command takes `-h/--help`, `-V/--version`, `-q/--quiet` (no progress, no notes) and
 `-v/--verbose` (timings, paths, causes of errors). Commands that write files take `--force`, which
@@ -36,42 +38,38 @@ The package `nacre-lab` adds these commands to `nacre`; they take the shared opt
 [commands](../../docs/reference/command-line.md). `python scripts/command_line.py lab` makes this
 page from the help texts.
 """
-SHARED = {"quiet", "verbose", "version", "help", "json", "force"}
-"""Options that the head of the page explains."""
-RANGES = {
-    r"0<=x<=4294967295": "",
-    r"(\S+)<=x<=(\S+?)": r"\2 to \3",
-    r"(\S+)<x<=(\S+?)": r"above \2, up to \3",
-    r"x>=1": "",
-    r"x>=(\S+?)": r"at least \2",
-    r"x>(\S+?)": r"above \2",
-}
-"""Ranges as click writes them, in words."""
 
 
 def commands(
-    group: click.Group, context: click.Context, names: Container[str] | None = None
-) -> Iterator[tuple[str, click.Command]]:
-    """Commands of a group (those in `names`, or all) and of its groups, as typed after "nacre"."""
-    for name in group.list_commands(context):
-        if names is not None and name not in names:
-            continue
-        command = group.get_command(context, name)
-        assert command is not None
-        if isinstance(command, click.Group):
-            inner = click.Context(command, parent=context, info_name=name)
-            yield from ((f"{name} {rest}", c) for rest, c in commands(command, inner))
-        else:
-            yield name, command
+    group: Group, context: click.Context, names: Container[str] | None = None
+) -> Iterator[tuple[str, str, click.Command]]:
+    """Commands of a group (those in `names`, or all) and of its groups: the heading that they stand
+    under, their names as typed after "nacre", themselves.
+    """
+    for title, rows in group.commands_by_heading().items():
+        for name, _ in rows:
+            if names is not None and name not in names:
+                continue
+            command = group.get_command(context, name)
+            assert command is not None
+            if isinstance(command, Group):
+                inner = click.Context(command, parent=context, info_name=name)
+                for _, rest, child in commands(command, inner):
+                    yield title, f"{name} {rest}", child
+            else:
+                yield title, name, command
 
 
 def page(*, lab: bool = False) -> str:
     """The page of nacre's own commands, or of those that nacre-lab adds."""
     context = click.Context(root, info_name="nacre", **root.context_settings)
-    found = list(commands(root, context, LAB if lab else COMMANDS))
-    index = ",\n".join(f"[`{name}`](#{_anchor(name)})" for name, _ in found)
+    found = list(commands(root, context, LAB if lab else root.built_in))
+    index: dict[str, list[str]] = {}
+    for title, name, _ in found:
+        index.setdefault(title, []).append(f"[`{name}`](#{_anchor(name)})")
+    listed = [_filled(f"- {title}: {', '.join(links)}", "  ") for title, links in index.items()]
     head = LAB_HEAD if lab else HEAD
-    return "\n".join([head, f"{index}.", "", *(section(name, c, context) for name, c in found)])
+    return "\n".join([head, *listed, "", *(section(name, c, context) for _, name, c in found)])
 
 
 def section(name: str, command: click.Command, root_context: click.Context) -> str:
@@ -79,15 +77,14 @@ def section(name: str, command: click.Command, root_context: click.Context) -> s
     context = click.Context(command, parent=root_context, info_name=name)
     usage = " ".join(command.collect_usage_pieces(context))
     lines = [f"## nacre {name}", "", f"`nacre {name} {usage}`", "", _about(command)]
-    own = []
-    for parameter in command.get_params(context):
-        record = parameter.get_help_record(context)
-        if not isinstance(parameter, click.Option) or record is None:
-            continue
-        if SHARED.isdisjoint(option.lstrip("-") for option in parameter.opts):
-            own.append(_row(*record))
-    if own:
-        lines += ["| option | | default |", "|---|---|---|", *own, ""]
+    groups: dict[str, list[str]] = {"Options": []}
+    for option in command.get_params(context):
+        if isinstance(option, Option) and not is_shared(option):
+            groups.setdefault(heading(option), []).append(_row(option, context))
+    for title, rows in groups.items():
+        if rows:
+            above = [] if title == "Options" else [f"{title}:", ""]
+            lines += [*above, "| option | | default |", "|---|---|---|", *rows, ""]
     return "\n".join(lines)
 
 
@@ -99,25 +96,27 @@ def _about(command: click.Command) -> str:
         if part.startswith("\b"):
             made.append(f"```\n{part[1:].strip()}\n```")
         else:
-            made.append(
-                textwrap.fill(_escaped(" ".join(part.split())), 100, break_on_hyphens=False)
-            )
+            made.append(_filled(_escaped(" ".join(part.split()))))
     return "\n\n".join(made) + "\n"
 
 
-def _row(names: str, text: str) -> str:
-    """A row of the table: the option, its help, its default and range."""
-    facts = re.search(r"\s*\[([^\[\]]*(?:\[[^\[\]]*\][^\[\]]*)*)\]$", text)
-    only, _, rest = (facts[1] if facts else "").rpartition(" only")
-    default = (rest if only else facts[1] if facts else "").removeprefix("; ")
-    default = default.removeprefix("default: ")
-    for pattern, words in RANGES.items():
-        default = re.sub(rf"(^|; ){pattern}(?=;|$)", rf"\g<1>{words}", default)
-    default = default.rstrip("; ")
-    about = text[: facts.start()] if facts else text
-    about += f" For {only.partition(' (')[0]}." if only else ""
-    cells = (f"`{_cell(names)}`", _escaped(_cell(about)), _escaped(_cell(default)))
+def _row(option: Option, context: click.Context) -> str:
+    """A row of the table: the option, its help, its range and default."""
+    record = option.get_help_record(context)
+    assert record is not None
+    about = " ".join([option.help or "", *(f"{each.capitalize()}." for each in option.limits())])
+    default = option.default_in_words(context)
+    cells = (f"`{_cell(record[0])}`", _escaped(_cell(about)), _escaped(_cell(default)))
     return f"| {' | '.join(cells)} |".replace("|  |", "| |")
+
+
+def _filled(text: str, indent: str = "") -> str:
+    """Text in lines; links and words with hyphens stay whole."""
+    whole = re.sub(r"\[[^]]*\]", lambda link: link[0].replace(" ", "\0"), text)
+    lines = textwrap.fill(
+        whole, 100, subsequent_indent=indent, break_on_hyphens=False, break_long_words=False
+    )
+    return lines.replace("\0", " ")
 
 
 def _cell(text: str) -> str:

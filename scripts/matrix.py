@@ -1,9 +1,10 @@
 """Install the built wheels in many environments, and try in each what they should do.
 
 `python scripts/matrix.py [ROW...]`, or `make matrix`; ROW is a part of a row's name. Needs `uv` on
-the path or in this Python's environment. Every row is a temporary environment of its own: without
-extras and with `render` on each Python, each extra alone, the oldest releases of what is declared,
-and the lab. Prints a table in Markdown; the exit code is 1 where a row failed.
+the path or in this Python's environment, and the project's own environment, in which the tests make
+a file of each format. Every row is a temporary environment of its own: without extras and with
+`render` on each Python, each extra alone, the oldest releases of what is declared, and the lab.
+Prints a table in Markdown; the exit code is 1 where a row failed.
 """
 
 from __future__ import annotations
@@ -35,6 +36,29 @@ for name in ("merl:chrome", "captured:tweed"):
     print(nacre.load(name))
 print(nacre.latent.pretrained_basis())
 """
+READ = """
+import importlib.util, json, pathlib, sys, numpy, nacre
+from nacre.formats import formats
+folder, up = pathlib.Path(sys.argv[1]), numpy.array([0.0, 0.6, 0.8])
+index, read = json.loads((folder / "index.json").read_text()), set()
+for entry in index:
+    if entry["needs"] and not importlib.util.find_spec(entry["needs"]):
+        continue
+    material = nacre.load(folder / entry["path"])
+    if isinstance(material, nacre.Btf):
+        values = material.texels(slice(0, 1))
+    else:
+        values = material.eval(up, up * [1.0, -1.0, 1.0])
+    assert numpy.isfinite(values).all(), entry
+    read.add(entry["format"])
+left = {entry.name for entry in formats()} - read
+if importlib.util.find_spec("mitsuba"):
+    assert not left, left
+print(f"read {len(read)} formats; not {sorted(left)}")
+"""
+"""A file of each documented format is read; without Mitsuba, of those that are no images."""
+SPECIMENS = "specimens"
+"""The folder with these files, in the one that steps run in."""
 FIT = "-m", "nacre", "fit", "paint.bsdf", "--preset", "draft", "-o", "paint.safetensors"
 REFUSED = """
 import subprocess, sys
@@ -47,36 +71,37 @@ for name in ("reproduce", "bench"):
 """The lab's commands say in a line what to install for them."""
 COMMON = (
     ("-c", INCLUDED),
+    ("-c", READ, SPECIMENS),
     ("-c", MEASUREMENT),
     FIT,
     ("-m", "nacre", "info", "paint.safetensors"),
 )
-"""What works without extras, as arguments of Python: what comes with nacre is read, and a file is
-written, fitted and shown.
+"""What works without extras, as arguments of Python: what comes with nacre is read, a file of each
+format too, and a file is written, fitted and shown.
 """
 
 NACRE = "-m", "nacre"
+WEB = ((*NACRE, "view", "paint.safetensors", "-o", "page.html"),)
 LAB = "lab"
 """In place of an extra: the lab's wheel too, which names the extras that it needs."""
 SMOKE: dict[str, tuple[tuple[str, ...], ...]] = {
     "": (
         ("-c", REFUSED),
         (*NACRE, "export", "paint.safetensors", "--to", "glsl", "-o", "paint.glsl"),
+        *WEB,
     ),
     "render": (
         (*NACRE, "demo", "--preset", "draft", "--spp", "4", "-o", "demo.png"),
         (*NACRE, "render", "paint.safetensors", "--spp", "4", "-o", "ball.png"),
         (*NACRE, "compare", "paint.bsdf", "paint.safetensors", "-o", "compared.png"),
-        (*NACRE, "view", "paint.safetensors", "-o", "page.html"),
+        *WEB,
         ("-c", REFUSED),
     ),
-    "spectral": (("-c", "import colour, nacre.metrics"),),
     "plot": ((*NACRE, "plot", "paint.safetensors", "-o", "lobes.pdf"),),
     "torch": (("-c", "import nacre.neural.torch_module, nacre.latent.torch"),),
     "jax": (("-c", "import jax, nacre"),),
     "latent": (("-c", "import openTSNE, nacre.latent.neural_training"),),
     "btf": (("-c", "import tensorboardX, nacre.textures.codecs"),),
-    "view": ((*NACRE, "view", "paint.safetensors", "-o", "page.html"),),
     "export": ((*NACRE, "export", "paint.safetensors", "--to", "onnx", "-o", "paint.onnx"),),
     "notebook": (("-c", "import nacre.viewer.notebook, nacre.viewer.widget"),),
     "cluster": (("-c", "import distributed, nacre.workflows.cluster"),),
@@ -166,7 +191,17 @@ def packages(row: Row) -> list[str]:
     return [f"{nacre}[{row.extra}]" if row.extra else nacre]
 
 
-def try_row(row: Row, uv: str) -> str:
+def write_specimens(folder: Path) -> None:
+    """Have the project's tests write a file of each format."""
+    python = next((p for p in (ROOT / ".venv").glob("*/python*") if p.stem == "python"), None)
+    if python is None:
+        sys.exit("matrix: needs the project's environment: make setup")
+    done = subprocess.run([str(python), "-m", "tests.specimens", str(folder)], cwd=ROOT)
+    if done.returncode:
+        sys.exit("matrix: the files of all formats could not be written")
+
+
+def try_row(row: Row, uv: str, specimens: Path) -> str:
     """Install wheels in a new environment and try them; the problem, empty where there is none."""
     binaries = "Scripts" if os.name == "nt" else "bin"
     with tempfile.TemporaryDirectory() as work, tempfile.TemporaryDirectory() as environment:
@@ -178,6 +213,7 @@ def try_row(row: Row, uv: str) -> str:
             [uv, "pip", "check", "-q", "--python", python],
             *([python, *arguments] for arguments in (*COMMON, *SMOKE[row.extra])),
         ]
+        shutil.copytree(specimens, Path(work) / SPECIMENS)
         for step in steps:
             if problem := run(step, Path(work)):
                 return f"{' '.join(step[1:4])}: {problem}"
@@ -187,19 +223,21 @@ def try_row(row: Row, uv: str) -> str:
 def main(parts: list[str]) -> int:
     """Try the rows whose names hold any of the parts, or all; the exit code."""
     uv, failed = found_uv(), 0
-    print("| Python | extra | releases | outcome |\n|---|---|---|---|", flush=True)
-    for row in rows():
-        if parts and not any(part in row.name for part in parts):
-            continue
-        problem = try_row(row, uv)
-        failed += bool(problem)
-        lines = [line.strip() for line in problem.splitlines() if line.strip()]
-        outcome = lines[-1].replace("|", "/") if lines else "passes"
-        print(
-            f"| {row.python} | {row.extra or 'none'} | {row.resolution} | {outcome} |", flush=True
-        )
-        if problem:
-            print(problem, file=sys.stderr, flush=True)
+    with tempfile.TemporaryDirectory() as folder:
+        specimens = Path(folder) / SPECIMENS
+        write_specimens(specimens)
+        print("| Python | extra | releases | outcome |\n|---|---|---|---|", flush=True)
+        for row in rows():
+            if parts and not any(part in row.name for part in parts):
+                continue
+            problem = try_row(row, uv, specimens)
+            failed += bool(problem)
+            lines = [line.strip() for line in problem.splitlines() if line.strip()]
+            outcome = lines[-1].replace("|", "/") if lines else "passes"
+            about = f"{row.python} | {row.extra or 'none'} | {row.resolution}"
+            print(f"| {about} | {outcome} |", flush=True)
+            if problem:
+                print(problem, file=sys.stderr, flush=True)
     return bool(failed)
 
 

@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import subprocess
 import sys
 import tomllib
@@ -42,7 +43,8 @@ def test_interfaces_are_attributes_of_the_package():
 def test_the_distribution_is_named_as_hints_say():
     assert PROJECT["name"] == DISTRIBUTION
     assert all("nacre[" not in need for need in PROJECT["optional-dependencies"]["all"])
-    assert set(PROJECT["scripts"]) == {"nacre"}
+    assert set(PROJECT["scripts"]) == {"nacre", DISTRIBUTION}
+    assert len(set(PROJECT["scripts"].values())) == 1
 
 
 def test_all_is_every_other_extra():
@@ -108,8 +110,8 @@ def required(module: Path) -> list[tuple[str, str]]:
 
 
 def test_extras_that_hints_name_bring_the_library():
-    brought_by = {"PIL": "pillow", "skimage": "scikit-image", "flip_evaluator": "flip-evaluator"}
-    brought_by |= {"colour": "colour-science", "dask": "distributed"}
+    brought_by = {"skimage": "scikit-image", "flip_evaluator": "flip-evaluator"}
+    brought_by |= {"dask": "distributed"}
     extras = PROJECT["optional-dependencies"]
     sources = (ROOT / "src", ROOT / "lab" / "src")
     asked = {pair for folder in sources for path in folder.rglob("*.py") for pair in required(path)}
@@ -117,6 +119,31 @@ def test_extras_that_hints_name_bring_the_library():
     for library, extra in asked:
         name = brought_by.get(library, library)
         assert any(need.startswith(name) for need in extras[extra]), (library, extra)
+
+
+def test_the_page_on_installing_lists_the_extras_and_what_they_bring():
+    page = (ROOT / "docs" / "reference" / "installing.md").read_text()
+    table = page.partition("| extra |")[2].partition("\n\n")[0]
+    rows = re.findall(r"^\| (.+?) \|$", table, re.M)
+    listed = {row.split(" | ")[0].strip("`"): row.split(" | ")[2] for row in rows}
+    extras = PROJECT["optional-dependencies"]
+    assert list(listed) == ["none", *extras]
+    for name, needs in extras.items():
+        brought = {Requirement(need).name for need in needs if name != "all"}
+        assert brought == set(re.findall(r"`([A-Za-z-]+)`", listed[name])), name
+    always = {Requirement(need).name for need in PROJECT["dependencies"]}
+    assert set(re.findall(r"`(\w+)`", listed["none"])) <= always
+
+
+def test_the_container_installs_what_rendering_needs_and_is_not_root():
+    recipe = (ROOT / "packaging" / "container" / "Containerfile").read_text()
+    setup = (ROOT / "scripts" / "setup.py").read_text()
+    for package in ("libllvm19", "libatomic1"):
+        assert package in recipe
+        assert f'apt("{package}")' in setup
+    assert "nacre_materials-*.whl)[render]" in recipe
+    assert recipe.index("USER 1000") > recipe.rindex("RUN ")
+    assert recipe.rstrip().endswith('ENTRYPOINT ["nacre"]')
 
 
 def command(*words: str, code: str = "", **environment: str) -> subprocess.CompletedProcess[str]:
@@ -163,6 +190,7 @@ def plugins(tmp_path: Path) -> dict[str, str]:
 def test_other_packages_add_commands(plugins: dict[str, str]) -> None:
     assert command("greet", **plugins).stdout == "hello\n"
     listed = command("--help", **plugins).stdout
+    assert "\nFrom greeting:\n" in listed
     assert "Greet people." in listed
     assert "of the package greeting does not load" in " ".join(listed.split())
 
@@ -179,7 +207,7 @@ def test_commands_of_all_packages_are_suggested(
 ) -> None:
     done = command(typed, **plugins)
     assert done.returncode == 2
-    assert f"did you mean {meant}" in done.stderr
+    assert f"did you mean nacre {meant}?" in done.stderr
 
 
 def test_texture_networks_name_their_own_extra_for_pytorch():

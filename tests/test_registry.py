@@ -56,7 +56,7 @@ def test_an_unknown_name_lists_the_known_ones():
 
 
 def test_export_targets_are_classes_of_targets():
-    with pytest.raises(NacreError, match=r"export target 'x' is not a nacre\.export\.target\.Tar"):
+    with pytest.raises(NacreError, match=r"export target 'x' is not a nacre\.targets\.target\.Tar"):
         TARGETS.register("x", int)
     with pytest.raises(NacreError, match="'basic' is no known export target"):
         TARGETS.find("basic")

@@ -74,6 +74,11 @@ class Registry(Mapping[str, _Member], Generic[_Member]):
             except NacreError as error:
                 warnings.warn(str(error), RuntimeWarning, stacklevel=2)
 
+    def package(self, name: str) -> str:
+        """The package that brings a member by an entry point; empty for a built-in one."""
+        point = None if name in self._places else self._installed().get(name)
+        return point.dist.name if point is not None and point.dist else ""
+
     def register(self, name: str, member: _Member) -> None:
         """Add a member in this process.
 

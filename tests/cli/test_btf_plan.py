@@ -79,8 +79,11 @@ def test_the_first_half_of_a_plan_is_a_plan(here) -> None:
     ("arguments", "words"),
     [
         ("btf plan --count 5 -o x.txt", "a list of directions is a .csv file"),
-        ("btf plan --count 0 -o x.csv", "0 is not in the range"),
-        ("btf plan --count 5 -o x.csv --max-light-angle 90", "90.0 is not in the range"),
+        ("btf plan --count 0 -o x.csv", "--count: expected 1 to 4,096, got 0"),
+        (
+            "btf plan --count 5 -o x.csv --max-light-angle 90",
+            "--max-light-angle: expected above 0, up to 89, got 90",
+        ),
         ("btf plan --count 5 -o x.csv --codec one.csv", "one.csv: cannot be read"),
         (
             "fit model.safetensors -o c.safetensors --directions one.csv",

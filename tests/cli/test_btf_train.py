@@ -148,9 +148,15 @@ def test_epochs_and_the_sizes_of_the_decoder(files, tmp_path):
         (["--device", "cpu"], "--device is for --model unified and custom"),
         (["--code-dim", "200"], "kind basis have up to 128 values"),
         (["--seed", "99999999999999999999"], "--seed"),
-        (["--model", "unified", "--learning-rate", "inf"], "inf is not in the range"),
+        (
+            ["--model", "unified", "--learning-rate", "inf"],
+            "--learning-rate: expected above 0, up to 1,000, got inf",
+        ),
         (["--model", "unified", "--learning-rate", "1e300"], "--learning-rate"),
-        (["--model", "unified", "--minutes", "nan"], "is not a finite number"),
+        (
+            ["--model", "unified", "--minutes", "nan"],
+            "expected a number (above 0, up to 1,000,000)",
+        ),
     ],
 )
 def test_wrong_options_are_errors_of_one_line(files, tmp_path, capsys, options, message):
@@ -302,8 +308,8 @@ def test_help_tells_the_defaults_of_every_model(capsys):
     basis, reference = BasisRecipe(), TrainingRecipe.named("reference")
     steps = basis.function_steps + basis.code_steps
     most = basis.luma_count + 2 * basis.chroma_count
-    assert f"[default: {steps}; for unified and custom {TrainingRecipe().epochs} epochs" in shown
-    assert f"up to {most} for basis. [default: {basis.code_dim}; 8 for custom" in shown
+    assert f"[default: {steps:,}; for unified and custom {TrainingRecipe().epochs} epochs" in shown
+    assert f"up to {most} for basis. [1 to 1,024; default: {basis.code_dim}; 8 for custom" in shown
     default, custom = TrainingRecipe(), CustomNetwork.recipe().training
     rates = f"default: {default.learning_rate}; {reference.learning_rate} with the reference"
     assert rates in shown

@@ -276,8 +276,14 @@ def test_a_bad_file_gives_no_traceback(folder, tmp_path):
         (["fit", "table.binary", "-o", "missing/x.safetensors"], "does not exist; create it"),
         (["fit", "table.binary", "-o", "x.txt"], "no format to write ends in '.txt'"),
         (["fit", "table.binary", "--hidden", "21,x"], "expected whole numbers"),
-        (["fit", "table.binary", "--epochs", "0"], "0 is not in the range"),
-        (["fit", "table.binary", "--max-bytes", "63"], "63 is not in the range"),
+        (
+            ["fit", "table.binary", "--epochs", "0"],
+            "nacre: --epochs: expected 1 or more, got 0 (see nacre fit --help)",
+        ),
+        (
+            ["fit", "table.binary", "--max-bytes", "63"],
+            "--max-bytes: expected 64 to 1,048,576, got 63",
+        ),
         (["fit", "table.binary", "--max-bytes", "900", "--hidden", "9"], "exclude each other"),
         (
             ["fit", "table.binary", "--model", "ggx", "--max-bytes", "900"],
@@ -330,11 +336,15 @@ def test_a_bad_file_gives_no_traceback(folder, tmp_path):
         (["render", "table.binary", "--environment", "sky.exr"], "sky.exr"),
         (["compare", "table.binary"], "Missing argument 'OTHER'"),
         (["compare", "table.binary", "table.binary", "-o", "x.exr"], "ends in one of .png, .jpg"),
-        (["frobnicate"], "No such command"),
-        (["rendre"], "did you mean render"),
-        (["btf", "plam"], "did you mean plan?"),
+        (["frobnicate"], "no command 'frobnicate' (see nacre --help)"),
+        (["rendre"], "did you mean nacre render?"),
+        (["btf", "plam"], "did you mean nacre btf plan?"),
         (["help", "fit", "x"], "nacre fit has no commands of its own"),
-        (["--wrong"], "No such option"),
+        (["--wrong"], "no option --wrong (see nacre --help)"),
+        (
+            ["fit", "table.binary", "--presett", "draft"],
+            "no option --presett; did you mean --preset?",
+        ),
     ],
 )
 def test_wrong_usage_says_so_and_exits_with_2(folder, arguments, words, capsys, monkeypatch):

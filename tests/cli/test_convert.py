@@ -12,8 +12,6 @@ from nacre.cli import main
 from tests.measured.support import BANDS, material, spectral, tensor_bytes, write
 from tests.tiers import tiered
 
-pytest.importorskip("colour", reason="needs the extra 'spectral'")
-
 
 @pytest.mark.parametrize(
     ("target", "kept"),

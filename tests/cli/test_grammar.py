@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 
 import click
@@ -10,9 +11,11 @@ import pytest
 
 import nacre
 from nacre.cli import root
+from nacre.cli.layout import heading, is_shared
+from nacre.cli.ranges import FiniteRange, IntRange, in_words, positive
 from tests.cli.support import run
 
-SILENT = {"completion", "help", "materials"}
+SILENT = {"cache", "completion", "help", "materials"}
 """Commands that write nothing."""
 UNREPORTED = {"completion", "help", "demo"}
 
@@ -71,15 +74,67 @@ def test_an_option_means_the_same_everywhere():
 
 
 def test_groups_alone_print_their_help(capsys):
-    for group in ((), ("btf",), ("latent",)):
+    for group, titles in (
+        ((), ("Look at materials", "Make materials", "More", "Shared options")),
+        (("btf",), ("Encode textures", "Shared options")),
+        (("latent",), ("Codes", "Bases", "Shared options")),
+        (("measure",), ("Commands", "Shared options")),
+    ):
         assert run(*group, quiet=False) == 0
         alone = capsys.readouterr()
         assert alone.err == ""
-        assert "Commands:\n" in alone.out
+        for title in titles:
+            assert f"\n{title}:\n" in alone.out
         assert "\\n" not in alone.out
         for spelled in ((*group, "--help"), ("help", *group)):
             assert run(*spelled, quiet=False) == 0
             assert capsys.readouterr().out == alone.out
+
+
+@pytest.mark.parametrize("name", LEAVES)
+def test_many_options_stand_in_groups_of_at_most_ten(name):
+    own = [o for o in options(LEAVES[name]) if not is_shared(o)]
+    groups = Counter(map(heading, own))
+    assert max(groups.values(), default=0) <= 10, groups
+    assert len(own) <= 8 or len(groups) > 1, groups
+
+
+@pytest.mark.parametrize("columns", [80, 120])
+@pytest.mark.parametrize("name", ["", *ALL])
+def test_help_fits_the_terminal(name, columns, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    assert run(*name.split(), "--help") == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= columns
+    assert len(lines) <= 100, "more than two screens"
+
+
+def test_ranges_are_in_words():
+    for name, command in LEAVES.items():
+        for o in options(command):
+            if isinstance(o.type, click.IntRange | click.FloatRange):
+                assert isinstance(o.type, IntRange | FiniteRange), (name, o.opts)
+                assert not re.search("[<>=]", in_words(o.type))
+
+
+@pytest.mark.parametrize(
+    ("kind", "given", "message"),
+    [
+        (IntRange(1), "0", "expected 1 or more, got 0"),
+        (IntRange(1), "x", "expected a whole number (1 or more), got 'x'"),
+        (IntRange(16, 1024), "2000", "expected 16 to 1,024, got 2,000"),
+        (IntRange(None, 7), "8", "expected up to 7, got 8"),
+        (FiniteRange(0.0, 89.0), "89.5", "expected 0 to 89, got 89.5"),
+        (FiniteRange(0.0, 1.0, max_open=True), "1", "expected 0 or more, below 1, got 1"),
+        (FiniteRange(0.0), "nan", "expected a number (0 or more), got 'nan'"),
+        (FiniteRange(0.0), "inf", "expected a finite number, got inf"),
+        (positive(1e6), "0", "expected above 0, up to 1,000,000, got 0"),
+    ],
+)
+def test_values_out_of_range_are_refused_in_words(kind, given, message):
+    with pytest.raises(click.BadParameter) as error:
+        kind.convert(given, None, None)
+    assert error.value.message == message
 
 
 def test_help_of_a_command_is_what_its_option_prints(capsys):

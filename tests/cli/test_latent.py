@@ -143,7 +143,7 @@ def test_an_autoencoder_gives_networks_with_or_without_its_encoder(capsys, folde
     ("arguments", "message"),
     [
         (["train", "none.json", "made1.json", "-o", "x.safetensors"], "none.json: does not exist"),
-        (["frain"], "did you mean train?"),
+        (["frain"], "did you mean nacre latent train?"),
         (
             ["train", "made0.json", "-o", "x.safetensors"],
             "at least two materials, found only made0",

@@ -145,7 +145,7 @@ def test_what_is_refused(capsys, measured):
     refused("is for samples", "latent", "encode", "ggx.json", "--free-scale", "-o", "e.json")
     refused("needs the prior", "fit", "paint.csv", "--no-prior", "--free-scale", "-o", "n.h5")
     refused("expected a width and a height", "measure", "plan", "--field", "3", "-o", "p.csv")
-    refused("did you mean plan", "measure", "pla")
+    refused("did you mean nacre measure plan?", "measure", "pla")
 
 
 def filled_in_place() -> tuple[object, ...]:

@@ -70,9 +70,15 @@ def test_plots_default_to_lobes_png(here):
         (["plot", "a.safetensors", "--incidence", "90"], "from 0 to below 90"),
         (["plot", "a.safetensors", "--incidence", "a"], "from 0 to below 90"),
         (["plot", "a.safetensors", "--incidence", "nan"], "from 0 to below 90"),
-        (["plot", "a.safetensors", "--floor", "0"], "0.0 is not in the range"),
-        (["plot", "a.safetensors", "--azimuth", "nan"], "is not a finite number"),
-        (["plot", "a.safetensors", "--floor", "nan"], "is not a finite number"),
+        (["plot", "a.safetensors", "--floor", "0"], "--floor: expected 1e-12 to 1e+12, got 0"),
+        (
+            ["plot", "a.safetensors", "--azimuth", "nan"],
+            "expected a number (-360 to 360), got 'nan'",
+        ),
+        (
+            ["plot", "a.safetensors", "--floor", "nan"],
+            "expected a number (1e-12 to 1e+12), got 'nan'",
+        ),
         (["plot", "a.safetensors", "--channel", "hue"], "'hue' is not one of"),
         (["plot", *["a.safetensors"] * 8], "at most 7 materials"),
         (["plot", "a.safetensors", "cut.safetensors"], "cut.safetensors"),

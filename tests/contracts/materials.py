@@ -10,7 +10,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 import nacre
 from nacre.brdf import Brdf
@@ -79,7 +78,6 @@ def rgl_table(phi_i: tuple[float, ...]) -> RglBrdf:
 
 def spectral_table() -> RglBrdf:
     """A table of spectra."""
-    pytest.importorskip("colour", reason="needs the extra 'spectral'")
     path = _path("synthetic_spec.bsdf")
     path.write_bytes(tensor_bytes(spectral(material([0.0]))))
     return rgl.load(path)

@@ -30,11 +30,13 @@ def test_what_people_type(path: Path, tmp_path: Path, monkeypatch: pytest.Monkey
     for name, kind in SPECIMEN_OF.items():
         Path(name).write_bytes(SPECIMENS[kind].files()[0])
     terminal = Terminal()
+    wrong = []
     for block in blocks(path):
         printed = terminal.printed(block)
-        assert matches(block.expected, printed), (
-            f"{path.name}:{block.line}: {block.typed}\n{printed}\n-- expected:\n{block.expected}"
-        )
+        if not matches(block.expected, printed):
+            place = f"{path.name}:{block.line}: {block.typed}"
+            wrong.append(f"{place}\n{printed}\n-- expected:\n{block.expected}")
+    assert not wrong, "\n\n".join(["", *wrong])
 
 
 @pytest.mark.parametrize(

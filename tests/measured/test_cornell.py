@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import functools
 import math
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +19,6 @@ from tests.data import list_data, require_data
 from tests.measured import support
 from tests.measured.support import hemisphere, write
 
-pytest.importorskip("colour", reason="needs the extra 'spectral'")
 BANDS = (450.0, 550.0, 650.0)
 ANGLES = ((0.3, 0.0, 0.5, -2.0), (1.0, 0.0, 1.2, 3.141593), (0.3, 0.0, 1.2, 0.7))
 
@@ -83,8 +80,8 @@ def test_names_and_colors_of_the_real_scans() -> None:
     assert blue > 2 * red
 
 
-def test_colors_are_those_of_color_science() -> None:
-    import colour
+def test_colors_are_those_of_colour_science() -> None:
+    colour = pytest.importorskip("colour", reason="colour-science computes them too")
 
     nodes = np.arange(360.0, 781.0)
     shape = colour.SpectralShape(360, 780, 1)
@@ -170,12 +167,3 @@ def test_angles_below_the_horizon_are_counted(tmp_path: Path) -> None:
     assert facts["samples"] == 3
     assert facts["dropped below the horizon"] == 2
     assert facts["averaged as duplicates"] == 1
-
-
-def test_reading_spectra_leaves_numpys_printing_alone(tmp_path: Path) -> None:
-    source = write(tmp_path / "a.brdf", scan_bytes())
-    script = (
-        "import sys, numpy, nacre; before = numpy.get_printoptions(); nacre.load(sys.argv[1]); "
-        "assert numpy.get_printoptions() == before and 'colour' in sys.modules"
-    )
-    subprocess.run([sys.executable, "-c", script, str(source)], check=True)

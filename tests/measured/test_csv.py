@@ -80,7 +80,6 @@ def test_radians_grey_values_and_anisotropy(tmp_path: Path) -> None:
 
 
 def test_bands_become_colors(tmp_path: Path) -> None:
-    pytest.importorskip("colour", reason="needs the extra 'spectral'")
     text = PLAIN.replace("r,g,b", "650 nm,450nm,550").replace("-0.01", "0.3")
     brdf = read(tmp_path, text)
     assert brdf.wavelengths.tolist() == [450.0, 550.0, 650.0]
@@ -89,7 +88,7 @@ def test_bands_become_colors(tmp_path: Path) -> None:
 
 
 def test_tristimulus_values_become_colors(tmp_path: Path) -> None:
-    colour = pytest.importorskip("colour", reason="needs the extra 'spectral'")
+    colour = pytest.importorskip("colour", reason="colour-science has the matrix")
     brdf = read(tmp_path, PLAIN.replace("r,g,b", "X,Y,Z"))
     matrix = colour.RGB_COLOURSPACES["ITU-R BT.709"].matrix_XYZ_to_RGB
     expected = np.array([[0.5, 0.2, 0.1], [0.4, 0.1, -0.01]]) @ matrix.T
@@ -145,7 +144,6 @@ def test_astm_files_have_radians_and_a_count(tmp_path: Path, text: str) -> None:
 
 
 def test_astm_bands(tmp_path: Path) -> None:
-    pytest.importorskip("colour", reason="needs the extra 'spectral'")
     text = ASTM.replace("R,G,B", "450nm,550nm,650nm").replace("-0.01", "0.3")
     brdf = nacre.load(write(tmp_path / "paint.astm", text.encode()))
     assert brdf.wavelengths.tolist() == [450.0, 550.0, 650.0]
@@ -182,7 +180,6 @@ def test_samples_come_back_and_are_written_the_same_again(tmp_path: Path, isotro
 
 
 def test_a_real_scan_comes_back_with_its_spectra(tmp_path: Path) -> None:
-    pytest.importorskip("colour", reason="needs the extra 'spectral'")
     brdf = nacre.load(require_data("cornell", "garnet_red.brdf"))
     nacre.save(brdf, tmp_path / "one.csv")
     back = nacre.load(tmp_path / "one.csv")

@@ -13,8 +13,6 @@ from nacre.errors import FormatError
 from nacre.measured import rgl, rgl_tables
 from tests.measured.support import hemisphere, material, spectral, tensor_bytes, write
 
-pytest.importorskip("colour", reason="needs the extra 'spectral'")
-
 FIELDS = spectral(material([0.0]))
 CONTENT = tensor_bytes(FIELDS)
 WI, WO = hemisphere(np.random.default_rng(1), 99), hemisphere(np.random.default_rng(2), 99)

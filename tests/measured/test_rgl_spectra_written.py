@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pytest
 
 import nacre
 from nacre import formats
@@ -19,8 +18,6 @@ from tests.reflectances import Glossy
 from tests.variants import require_mitsuba
 
 from .support import BANDS, hemisphere, material, relative_error, spectral, tensor_bytes, write
-
-pytest.importorskip("colour", reason="needs the extra 'spectral'")
 
 SMALL = Resolution(1, 12, 24, 24, 48)
 

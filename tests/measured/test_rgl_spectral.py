@@ -30,8 +30,6 @@ from tests.measured.support import (
 )
 from tests.variants import require_mitsuba
 
-pytest.importorskip("colour", reason="needs the extra 'spectral'")
-
 FULL_TURN = np.linspace(-np.pi, np.pi, 9)
 QUARTER = np.linspace(-np.pi, -np.pi / 2.0, 5)
 assert_refused = functools.partial(support.assert_refused, rgl.load)

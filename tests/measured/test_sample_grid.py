@@ -67,7 +67,6 @@ def test_what_is_written_comes_back(tmp_path: Path, brdf: Brdf, middle: float, t
 
 
 def test_spectra_are_sampled_too(tmp_path: Path) -> None:
-    pytest.importorskip("colour", reason="needs the extra 'spectral'")
     source = Iridescent(0.3, 0.05, 0.3)
     nacre.save(source, tmp_path / "samples.csv")
     back = nacre.load(tmp_path / "samples.csv")

@@ -18,7 +18,6 @@ from nacre.sampling.energy import albedos
 from tests.measured.support import hemisphere
 from tests.specimens import SPECIMENS
 
-pytest.importorskip("colour", reason="needs the extra 'spectral'")
 SCHEMA = Path(__file__).parent / "openmaterial_brdf_schema.json"
 ENDINGS = (".zemax.bsdf", ".brdf", "_brdf.xompt")
 

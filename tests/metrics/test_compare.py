@@ -17,7 +17,6 @@ from tests.mitsuba.reflectances import Constant, Lobe
 
 pytest.importorskip("skimage", reason="needs the extra 'render'")
 pytest.importorskip("flip_evaluator", reason="needs the extra 'render'")
-pytest.importorskip("PIL", reason="needs the extra 'render'")
 
 
 @pytest.fixture(scope="module")

@@ -140,7 +140,6 @@ def test12_a_black_reference_has_no_relative_error():
 
 def test13_color_differences_are_those_of_the_recommendations():
     """ITU-R BT.2087 to wide primaries, BT.2100 to ICtCp, BT.2124 to the difference."""
-    pytest.importorskip("colour", reason="needs the extra 'spectral'")
     wide = [[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0114], [0.0164, 0.0880, 0.8956]]
     cones = np.array([[1688, 2146, 262], [683, 2951, 462], [99, 309, 3688]]) / 4096
     opponents = np.array([[2048, 2048, 0], [6610, -13613, 7003], [17933, -17390, -543]]) / 4096
@@ -156,3 +155,14 @@ def test13_color_differences_are_those_of_the_recommendations():
     expected = 720.0 * np.linalg.norm(encoded(truth) - encoded(other), axis=-1)
     np.testing.assert_allclose(delta_itp(truth, other), expected, rtol=2e-3, atol=0.05)
     np.testing.assert_array_equal(delta_itp(truth, truth), 0.0)
+
+
+def test14_color_differences_are_those_of_colour_science():
+    colour = pytest.importorskip("colour", reason="colour-science computes them too")
+    truth, other = noise(1, 8), 1.5 * noise(2, 8)
+    wide = (
+        colour.RGB_to_RGB(np.clip(picture, 0.0, 1.0), "ITU-R BT.709", "ITU-R BT.2020")
+        for picture in (truth, other)
+    )
+    expected = colour.difference.delta_E_ITP(*(colour.RGB_to_ICtCp(203.0 * w) for w in wide))
+    np.testing.assert_allclose(delta_itp(truth, other), expected, rtol=1e-9)

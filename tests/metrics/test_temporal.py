@@ -45,7 +45,6 @@ def test_one_frame_and_none() -> None:
 def test_panels_show_both_renderings_and_one_scale_for_all_frames(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    pytest.importorskip("PIL", reason="needs the extra 'render'")
     texts: list[str] = []
     monkeypatch.setattr(Page, "text", lambda page, x, y, text, *a, **k: texts.append(text))
     monkeypatch.setattr(Page, "text_width", lambda page, text: 0.0)
@@ -67,7 +66,6 @@ def test_panels_show_both_renderings_and_one_scale_for_all_frames(
 
 @pytest.mark.parametrize("size", [1, 24, 150, 256, 300])
 def test_the_size_of_panels_is_known_before(size: int) -> None:
-    pytest.importorskip("PIL", reason="needs the extra 'render'")
     picture = np.zeros((size, size, 3), np.float32)
     (page,) = rendering_panels([picture], [picture])
     assert page.shape[1::-1] == panels_size(size)

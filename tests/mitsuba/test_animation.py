@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from nacre.errors import FormatError, NacreError
 from nacre.mitsuba.animation import (
@@ -14,8 +15,6 @@ from nacre.mitsuba.animation import (
     check_animation,
     write_animation,
 )
-
-Image = pytest.importorskip("PIL.Image", reason="needs the extra 'render'")
 
 COLOURS = np.array([[200, 30, 40], [20, 180, 60], [10, 90, 220], [240, 240, 10]], np.uint8)
 

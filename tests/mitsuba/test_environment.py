@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from nacre.color import luminance
 from nacre.errors import FormatError
@@ -150,8 +151,7 @@ def test14_files_round_trip(tmp_path: Path, suffix: str):
 
 
 def test15_png_is_made_linear(tmp_path: Path):
-    image = pytest.importorskip("PIL.Image", reason="needs the extra 'render'")
-    image.new("RGB", (8, 4), (188, 188, 188)).save(tmp_path / "gray.png")
+    Image.new("RGB", (8, 4), (188, 188, 188)).save(tmp_path / "gray.png")
     loaded = load_environment(tmp_path / "gray.png")
     np.testing.assert_allclose(loaded.pixels, 0.503, atol=0.003)
 
@@ -160,13 +160,12 @@ def test15_png_is_made_linear(tmp_path: Path):
     "name", ["map.txt", "absent.exr", "broken.exr", "broken.hdr", "black.png", "tiny.png"]
 )
 def test16_bad_files_are_named(tmp_path: Path, name: str):
-    image = pytest.importorskip("PIL.Image", reason="needs the extra 'render'")
     pytest.importorskip("mitsuba", reason="needs the extra 'render'")
     path = tmp_path / name
     if name.startswith("black"):
-        image.new("RGB", (8, 4)).save(path)
+        Image.new("RGB", (8, 4)).save(path)
     elif name.startswith("tiny"):
-        image.new("RGB", (1, 1), (188, 188, 188)).save(path)
+        Image.new("RGB", (1, 1), (188, 188, 188)).save(path)
     elif not name.startswith("absent"):
         path.write_bytes(b"#?RADIANCE nonsense" * 10)
     with pytest.raises(FormatError, match=name) as caught:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from nacre.errors import FormatError, NacreError
 from nacre.mitsuba import mitsuba
@@ -97,12 +98,11 @@ def test07_exr_keeps_linear_values(tmp_path: Path):
 
 @pytest.mark.parametrize(("name", "tolerance"), [("a.png", 0), ("a.jpg", 2), ("A.JPEG", 2)])
 def test08_pictures_are_tone_mapped(tmp_path: Path, name: str, tolerance: int):
-    pillow = pytest.importorskip("PIL.Image", reason="needs the extra 'render'")
     image = np.full((8, 8, 3), 0.5, np.float32)
     image[:, 4:] = 3.0
     write_image(image, tmp_path / name)
     assert [path.name for path in tmp_path.iterdir()] == [name]
-    with pillow.open(tmp_path / name) as opened:
+    with Image.open(tmp_path / name) as opened:
         read = np.array(opened).astype(int)
     assert abs(read[2, 1] - round(0.5 ** (1 / 2.2) * 255)).max() <= tolerance
     assert abs(read[2, 6] - 255).max() <= tolerance

@@ -9,7 +9,7 @@ import pytest
 
 from nacre.brdf import Brdf
 from nacre.latent import find_basis, pretrained_basis
-from nacre.neural import NeuralBrdf
+from nacre.neural import Layer, NeuralBrdf
 from nacre.photographs.recording import Recording
 from nacre.photographs.search import (
     Photograph,
@@ -18,7 +18,7 @@ from nacre.photographs.search import (
     posterior_of_photographs,
     unexplained,
 )
-from nacre.photographs.weights import refine
+from nacre.photographs.weights import _Trained, refine
 
 BASIS = pretrained_basis()
 CODE = BASIS.examples[40].astype(float)
@@ -96,7 +96,6 @@ def test_pixels_that_no_material_explains_hardly_count():
 
 
 def test_weights_are_drawn_to_the_pictures():
-    pytest.importorskip("torch", reason="PyTorch draws weights to photographs")
     network = find_basis("hypernetwork").decode(CODE, "seven")
     assert isinstance(network, NeuralBrdf)
     tint = np.array([1.4, 1.0, 0.75])
@@ -113,3 +112,34 @@ def test_weights_are_drawn_to_the_pictures():
     unseen = photograph(3, tint)
     assert missed(network, unseen) > 0.2
     assert missed(refined, unseen) < 0.08
+
+
+@pytest.mark.parametrize("activation", ["relu", "squared relu"])
+@pytest.mark.parametrize("inputs", ["enhanced", "reciprocal"])
+def test_derivatives_by_weights_are_those_of_differences(activation: str, inputs: str) -> None:
+    random = np.random.default_rng(5)
+    layers = [
+        Layer(random.normal(0.0, 0.4, shape), random.normal(0.0, 0.2, shape[1]))
+        for shape in ((6, 8), (8, 8), (8, 3))
+    ]
+    made = _Trained(NeuralBrdf(layers, inputs=inputs, activation=activation))
+    seen = photograph(4, pixels=6).recording
+    pairs, slopes = made.pairs(seen.wi, seen.wo), random.random((6, DIRECTIONS, 3))
+
+    def total() -> float:
+        return float((made.values(pairs).astype(np.float64) * slopes).sum())
+
+    total()
+    found = made.gradient(slopes.astype(np.float32))
+    for parameter, gradient in zip(made.parameters, found, strict=True):
+        assert gradient.shape == parameter.shape
+        way = random.normal(size=parameter.shape).astype(np.float32)
+        start = parameter.copy()
+        ends = []
+        for step in (1e-3, -1e-3):
+            parameter[:] = start + np.float32(step) * way
+            ends.append(total())
+        parameter[:] = start
+        expected = (ends[0] - ends[1]) / 2e-3
+        scale = float(np.abs(gradient * way).sum())
+        assert float((gradient * way).sum()) == pytest.approx(expected, abs=0.01 * scale)

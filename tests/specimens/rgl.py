@@ -76,6 +76,5 @@ SPECIMENS = {
         sized=_rgl_sized,
         valued=_rgl_valued,
         rebuild=_rgl_rebuilt,
-        module="colour",
     ),
 }

@@ -88,7 +88,6 @@ SPECIMENS = {
         valued=lambda value: [_cornell_file(value)],
         rebuild=text_rebuilt(lambda: [_cornell_file()]),
         text=True,
-        module="colour",
     ),
     "comma-separated samples": Specimen(
         "paint.csv",
@@ -98,7 +97,6 @@ SPECIMENS = {
         valued=lambda value: [_csv_file(value), _csv_file(value, "450,550,650", ";")],
         rebuild=text_rebuilt(_csv_files),
         text=True,
-        module="colour",
     ),
     "ASTM E1392 samples": Specimen(
         "paint.astm",
@@ -108,6 +106,5 @@ SPECIMENS = {
         valued=lambda value: [_astm_file(value), _astm_file(value, columns="400nm,500nm,600nm")],
         rebuild=text_rebuilt(_astm_files),
         text=True,
-        module="colour",
     ),
 }

@@ -142,7 +142,6 @@ SPECIMENS = {
         sized=lambda count: [_openmaterial_file(wavelength=count), _openmaterial_file(phi=count)],
         valued=lambda value: [_openmaterial_file(value)],
         rebuild=_openmaterial_rebuilt,
-        module="colour",
     ),
     "Zemax BSDF": Specimen(
         "paint.bsdf",
@@ -161,7 +160,6 @@ SPECIMENS = {
         valued=lambda value: [_speos_file(value)],
         rebuild=text_rebuilt(_speos_files),
         text=True,
-        module="colour",
     ),
     "Radiance BSDF": Specimen(
         "paint.xml",

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import ast
 import contextlib
+import io
 import json
 import sys
+import tomllib
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 from random import Random
@@ -23,7 +26,7 @@ from nacre.mitsuba.sphere import render_sphere
 from nacre.standard import closures
 from nacre.standard.closures import Closures
 from nacre.targets import TARGETS
-from nacre.targets.blender import ADDON, addon
+from nacre.targets.blender import ADDON, addon, extension
 from nacre.targets.blender_addon import reading
 from tests.analytic.materials import EXAMPLES
 from tests.oracles import blender, blender_addon
@@ -31,6 +34,7 @@ from tests.specimens.specimen import odd_json
 from tests.targets.support import needs
 
 SIZE = 64
+MODULE = "nacre_blender.py"
 TERMS = 'CC0 """ \\ {evil} \n\N{SNOWMAN}'
 
 
@@ -64,6 +68,42 @@ def test_the_addon_needs_nothing_but_blender():
     # Blender reads this without running the file, up to the first empty line.
     text = addon().decode().partition("\nbl_info = ")[2].partition("\n\n")[0]
     assert ast.literal_eval(text)["blender"] == (4, 2, 0)
+
+
+def test_the_zip_is_an_extension():
+    """Blender's schema 1.0.0, strictly: developer.blender.org/docs/features/extensions/schema."""
+    with zipfile.ZipFile(io.BytesIO(extension())) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    assert set(files) == {f"nacre_materials/{n}" for n in ("blender_manifest.toml", "__init__.py")}
+    assert files["nacre_materials/__init__.py"] == addon()
+    about = tomllib.loads(files["nacre_materials/blender_manifest.toml"].decode())
+    needed = {"schema_version", "id", "version", "name", "tagline", "maintainer", "type"}
+    needed |= {"blender_version_min", "license"}
+    others = {"website", "tags", "blender_version_max", "copyright", "platforms", "wheels"}
+    assert needed <= set(about) <= {*needed, *others, "permissions", "build"}
+    assert (about["schema_version"], about["type"]) == ("1.0.0", "add-on")
+    assert about["id"].isidentifier()
+    assert not about["id"].startswith("_")
+    for terse in (about["tagline"], *about["permissions"].values()):
+        assert len(terse) <= 64
+        assert terse[-1].isalnum()  # no punctuation at the end
+        assert terse.isprintable()
+    assert set(about["permissions"]) <= {"files", "network", "clipboard", "camera", "microphone"}
+    assert about["license"] == ["SPDX:MIT"]
+    assert all(line.split()[0].isdigit() for line in about["copyright"])
+    # What Blender's interface lists as tags of add-ons.
+    assert set(about["tags"]) <= {"Import-Export", "Material", "Node", "Render"}
+    text = addon().decode().partition("\nbl_info = ")[2].partition("\n\n")[0]
+    old = ast.literal_eval(text)
+    for new, former in ((about["version"], "version"), (about["blender_version_min"], "blender")):
+        assert tuple(map(int, new.split("."))) == old[former]
+    assert about["name"] == old["name"]
+
+
+def test_the_same_addon_is_the_same_file():
+    assert extension() == extension()
+    with zipfile.ZipFile(io.BytesIO(extension())) as archive:
+        assert {member.date_time[0] for member in archive.infolist()} == {1980}
 
 
 def test_the_addon_knows_the_models():
@@ -182,7 +222,7 @@ def test_a_name_is_data_of_the_script():
 
 def test_a_file_lies_beside_the_addon():
     written = TARGETS["blender-addon"]().files(mixture(3), "paint")
-    assert written[ADDON] == addon()
+    assert written[ADDON] == extension()
     assert reading.read(written["paint.json"], "paint.json").name == "paint 3"
 
 
@@ -196,8 +236,8 @@ def session(tmp_path_factory) -> tuple[Path, dict[str, Any], np.ndarray]:
     for k, brdf in enumerate(MATERIALS):
         (files / f"{k}.json").write_bytes(encode(brdf))
     (files / "other.json").write_text("{}")
-    (folder / ADDON).write_bytes(addon())
-    found, pictures = blender_addon.run("addon", folder / ADDON, files, SIZE)
+    (folder / MODULE).write_bytes(addon())
+    found, pictures = blender_addon.run("addon", folder / MODULE, files, SIZE)
     return files, found, pictures
 
 
@@ -274,13 +314,13 @@ def test_a_script_adds_its_material(tmp_path: Path):
 
 def test_blender_says_in_a_line_what_is_wrong(tmp_path: Path):
     needs(blender.missing())
-    (tmp_path / ADDON).write_bytes(addon())
+    (tmp_path / MODULE).write_bytes(addon())
     files = tmp_path / "files"
     files.mkdir()
     cases = {**HOSTILE, "truncated": encode(mixture(0))[:-300]}
     for name, content in cases.items():
         (files / f"{name}.json").write_bytes(content)
-    found, _ = blender_addon.run("hostile", tmp_path / ADDON, files)
+    found, _ = blender_addon.run("hostile", tmp_path / MODULE, files)
     assert found.pop("materials after") == 0
     assert set(found) == {f"{name}.json" for name in cases}
     for name, message in found.items():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-import sys
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -81,11 +80,6 @@ def test_a_cell_shows_a_live_sphere_over_a_still_one(tab: Tab, tmp_path: Path, m
 @pytest.mark.parametrize("material", [Measured(), Large()], ids=["no formula", "large"])
 def test_what_no_page_can_hold_is_a_still_picture(material: Brdf):
     assert tags(live(material)) == ["div", "img"]
-
-
-def test_without_pillow_the_facts_are_left(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setitem(sys.modules, "PIL.Image", None)
-    assert tags(GLOSSY._repr_html_())[0] == "table"
 
 
 def test_other_materials_show_their_facts():

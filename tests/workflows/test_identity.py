@@ -15,7 +15,7 @@ from tests.textures.codecs.networks.made import texture
 from tests.textures.made import write
 from tests.textures.support import pixels, write_image
 
-pytest.importorskip("PIL", reason="needs the extra 'render'")
+pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 
 LIST = "file,theta_l,phi_l,theta_v,phi_v\na.png,0,0,45,180\nmore/b.png,60,30,12,270\n"
 NAMES = "tl000_pl000_tv045_pv180.png", "tl060_pl030_tv012_pv270.png"

@@ -15,13 +15,14 @@ from pathlib import Path
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.ranges import FiniteRange
 from nacre.cli.report import report_facts
 
 
 @make(
     "brightness",
     options.argument("path"),
-    options.option("--incidence", options.FiniteRange(0.0, 89.0), default=0.0, metavar="DEG"),
+    options.option("--incidence", FiniteRange(0.0, 89.0), default=0.0, metavar="DEG"),
     "Angle between the light and the normal, in degrees.",
     writes=False,
 )

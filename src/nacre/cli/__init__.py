@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import io
 import sys
 from collections.abc import Sequence
@@ -13,23 +14,36 @@ from nacre.cli.command import Group
 from nacre.cli.session import begin
 
 COMMANDS = {
-    "btf": "Capture, train, decode, synthesize and filter textures (BTFs).",
-    "compare": "Compare two materials in numbers and pictures.",
-    "completion": "Print a script for completion in a shell.",
-    "convert": "Write a material in another format.",
-    "demo": "Fit, render and compare one material from start to end.",
-    "download": "Download measured materials from a public database.",
-    "estimate": "Estimate a material from photographs in known light.",
-    "export": "Write a material as shader code or for another tool.",
-    "fit": "Fit a neural material to each file, or to all files in a folder.",
-    "help": "Show the help of a command.",
-    "info": "Show what a file holds, and whether a material is physical.",
-    "latent": "Encode materials as short codes in a shared basis.",
-    "materials": "List the materials that come with nacre.",
-    "measure": "Plan a few measurements, or measure a Mitsuba BSDF virtually.",
-    "plot": "Plot the lobes of materials over one another.",
-    "render": "Render a preview of a material, or a Mitsuba scene.",
-    "view": "Show materials on a web page.",
+    "Look at materials": {
+        "info": "Show what a file holds, and whether a material is physical.",
+        "compare": "Compare two materials in numbers and pictures.",
+        "plot": "Plot the lobes of materials over one another.",
+        "render": "Render a preview of a material, or a Mitsuba scene.",
+        "view": "Show materials on a web page.",
+    },
+    "Make materials": {
+        "fit": "Fit a neural material to each file, or to all files in a folder.",
+        "estimate": "Estimate a material from photographs in known light.",
+    },
+    "Use them elsewhere": {
+        "export": "Write a material as shader code or for another tool.",
+        "convert": "Write a material in another format.",
+    },
+    "Get materials": {
+        "materials": "List the materials that come with nacre.",
+        "download": "Download measured materials from a public database.",
+        "measure": "Plan a few measurements, or measure a Mitsuba BSDF virtually.",
+    },
+    "Textures and codes": {
+        "btf": "Capture, train, decode, synthesize and filter textures (BTFs).",
+        "latent": "Encode materials as short codes in a shared basis.",
+    },
+    "More": {
+        "demo": "Fit, render and compare one material from start to end.",
+        "cache": "List what nacre keeps on this machine, or clear it.",
+        "help": "Show the help of a command.",
+        "completion": "Print a script for completion in a shell.",
+    },
 }
 
 LAB = {
@@ -46,9 +60,8 @@ root = Group(
     elsewhere={name: (about, "nacre-lab") for name, about in LAB.items()},
     help="Measured materials as compact neural ones: fit, sample, render, compare.\n\n"
     "A material is a reflectance (BRDF) or a texture (BTF); commands take both.",
-    epilog="Run 'nacre help COMMAND' for its options, and 'nacre completion --help' for completion "
-    "in a shell.",
-    context_settings={"help_option_names": ["-h", "--help"], "show_default": True},
+    epilog="Run 'nacre help COMMAND' for its options, and 'nacre FILE' for what to do with a file.",
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
 )
 
 
@@ -69,7 +82,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             root.main(arguments, "nacre", standalone_mode=False)
     except click.UsageError as error:
         command = error.ctx.command_path if error.ctx else "nacre"
-        _stop(f"{error.format_message()} (see {command} --help)", error)
+        _stop(f"{_usage(error)} (see {command} --help)", error)
     except (NacreError, click.ClickException) as error:
         _stop(str(error), error)
     except FileExistsError as error:  # a file stands where a folder should be made
@@ -85,6 +98,20 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if isinstance(stop, Terminated) or isinstance(stop.__cause__, Terminated):
             _stop("terminated", stop, 143)
         _stop("interrupted", stop, 130)
+
+
+def _usage(error: click.UsageError) -> str:
+    """What is wrong with a call; of a value, after the option that it is for."""
+    text = error.format_message()
+    if isinstance(error, click.NoSuchOption):
+        near = difflib.get_close_matches(error.option_name, error.possibilities or (), 2, 0.8)
+        hint = f"; did you mean {' or '.join(near)}?" if near else ""
+        text = f"no option {error.option_name}{hint}"
+    elif isinstance(error, click.BadParameter) and not isinstance(error, click.MissingParameter):
+        text = error.message
+        if isinstance(error.param, click.Option):
+            text = f"{max(error.param.opts, key=len)}: {text}"
+    return text.removesuffix(".")
 
 
 def _stop(message: str, error: BaseException, code: int = 2) -> NoReturn:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import difflib
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from importlib.util import find_spec
 from typing import Any
 
 import click
 
 import nacre
+from nacre.cli.layout import options_of, write
 from nacre.cli.session import session
 from nacre.errors import NacreError
 from nacre.io.outputs import overwrite, written_by
@@ -56,13 +58,17 @@ class Command(click.Command):
 
     def __init__(self, *, writes: bool = False, reports: bool = False, **settings: Any) -> None:
         super().__init__(**settings)
+        self._works = writes or reports
         if reports:
             text = "Print the results as JSON, with units in the keys."
             self.params.append(_flag("as_json", "--json", about=text))
         if writes:
-            text = "Replace files even if they are measured, read-only or not written by nacre."
+            text = "Replace files even if measured, read-only or not nacre's own."
             self.params.append(_flag("force", "--force", about=text))
         self.params.extend(_shared())
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        write(formatter, options_of(self, ctx))
 
     def invoke(self, ctx: click.Context) -> Any:
         """See click; shows progress while the command runs."""
@@ -70,7 +76,9 @@ class Command(click.Command):
         from nacre.cli.report import detail, status
 
         now, began = session(), time.monotonic()
-        display = Display(ctx.command_path, status, quiet=now.quiet, verbose=now.verbose)
+        display = Display(
+            ctx.command_path, status, quiet=now.quiet or not self._works, verbose=now.verbose
+        )
         with display, overwrite(now.force), written_by(ctx.command_path):
             now.display = display
             result = super().invoke(ctx)
@@ -85,9 +93,10 @@ class Group(click.Group):
     Parameters
     ----------
     package
-        Has a module named after each built-in command, with the command as `command`.
+        Has a module named after each built-in command, with the command as `command`; that of a
+        group is a package.
     commands_help
-        Built-in commands with their texts in the list.
+        Built-in commands with their texts in the list, under headings.
     entry_points
         Group of entry points through which other packages add commands.
     elsewhere
@@ -99,7 +108,7 @@ class Group(click.Group):
         name: str,
         *,
         package: str,
-        commands_help: Mapping[str, str],
+        commands_help: Mapping[str, Mapping[str, str]],
         entry_points: str | None = None,
         elsewhere: Mapping[str, tuple[str, str]] | None = None,
         **settings: Any,
@@ -111,16 +120,17 @@ class Group(click.Group):
             subcommand_metavar="COMMAND [ARGS]...",
             **settings,
         )
-        self._elsewhere = dict(elsewhere or {})
-        self._help = dict(commands_help) | {n: about for n, (about, _) in self._elsewhere.items()}
-        places = {name: f"{package}.{name}:command" for name in commands_help}
+        self._package, self._elsewhere = package, dict(elsewhere or {})
+        self._sections = {title: dict(rows) for title, rows in commands_help.items()}
+        self.built_in = [name for rows in self._sections.values() for name in rows]
+        places = {name: f"{package}.{name}:command" for name in self.built_in}
         self._commands: Registry[click.Command] = Registry(
             entry_points or package, "command", places, base=click.Command
         )
         self.params.extend(_shared())
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return sorted(self._commands)
+        return list(self._commands)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         return self._commands.get(cmd_name)
@@ -133,19 +143,54 @@ class Group(click.Group):
             if args[0] in self._elsewhere:
                 package = self._elsewhere[args[0]][1]
                 raise NacreError(f"{args[0]!r} comes with {package}: pip install {package}")
-            near = difflib.get_close_matches(args[0], self._commands, 3, 0.5)
-            hint = f"; did you mean {' or '.join(near)}?" if near else ""
-            ctx.fail(f"No such command {args[0]!r}{hint}")
+            if ctx.parent is None:
+                from nacre.cli.unnamed import answer_file
+
+                answer_file(args, self._commands)
+            similar = self._similar(ctx, args[0])
+            hint = f"; did you mean {' or '.join(similar)}?" if similar else ""
+            ctx.fail(f"no command {args[0]!r}{hint}")
         return super().resolve_command(ctx, args)
 
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, self._about(name)) for name in self.list_commands(ctx)])
+    def _similar(self, ctx: click.Context, name: str) -> list[str]:
+        """Commands, as typed, that an unknown one may mean: of its name elsewhere, or alike."""
+        root = ctx.find_root()
+        assert isinstance(root.command, Group)
+        same = [
+            " ".join((root.command_path, *path))
+            for path in root.command._paths()
+            if path[-1] == name
+        ]
+        near = difflib.get_close_matches(name, self._commands, 3)
+        return same or [f"{ctx.command_path} {each}" for each in near]
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        write(formatter, self.commands_by_heading())
+        write(formatter, options_of(self, ctx))
+
+    def _paths(self) -> Iterator[tuple[str, ...]]:
+        """The built-in commands of this group and of the groups in it, as typed after it."""
+        for name in self.built_in:
+            yield (name,)
+            spec = find_spec(f"{self._package}.{name}")
+            if spec is not None and spec.submodule_search_locations:  # others need not be imported
+                child = self._commands[name]
+                assert isinstance(child, Group)
+                yield from ((name, *path) for path in child._paths())
+
+    def commands_by_heading(self) -> dict[str, list[tuple[str, str]]]:
+        """Names and texts of all commands under headings; those from other packages come last."""
+        sections = {title: list(rows.items()) for title, rows in self._sections.items()}
+        for name in self._commands:
+            if name not in self.built_in:
+                package = self._commands.package(name) or "other packages"
+                sections.setdefault(f"From {package}", []).append((name, self._about(name)))
+        return sections
 
     def _about(self, name: str) -> str:
-        """Text in the list; a command from another package is loaded for it."""
-        if name in self._help:
-            return self._help[name]
+        """Text in the list for a command from another package, loaded unless it is ours."""
+        if name in self._elsewhere:
+            return self._elsewhere[name][0]
         try:
             return self._commands[name].get_short_help_str(100)
         except NacreError as error:

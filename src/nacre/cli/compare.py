@@ -5,12 +5,12 @@ from pathlib import Path
 from typing import Any
 
 import click
-from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.kinds import NAMES, kind_of
 from nacre.cli.options import option
+from nacre.cli.ranges import IntRange
 from nacre.cli.report import keyed, print_facts, print_table, progress, report
 from nacre.errors import FormatError
 

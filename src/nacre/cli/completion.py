@@ -20,7 +20,7 @@ def command(context: click.Context, shell: str) -> None:
     \b
     bash, in ~/.bashrc:  eval "$(nacre completion bash)"
     zsh, in ~/.zshrc:    eval "$(nacre completion zsh)"
-    fish:                nacre completion fish > ~/.config/fish/completions/nacre.fish
+    fish:  nacre completion fish > ~/.config/fish/completions/nacre.fish
 
     Names of materials such as rgl:paper_white are completed after their colon; in bash only if
     the colon does not break words: COMP_WORDBREAKS=${COMP_WORDBREAKS//:}.

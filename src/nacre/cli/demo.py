@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from click import IntRange
 
 from nacre.brdf import Brdf
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.display import Line
 from nacre.cli.options import option
+from nacre.cli.ranges import IntRange
 from nacre.cli.report import print_facts, print_table, progress, say
 from nacre.errors import FormatError
 

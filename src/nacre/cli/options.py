@@ -11,6 +11,8 @@ import click
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
+from nacre.cli.layout import SUBJECTS, Option
+from nacre.cli.ranges import SEED, FiniteRange, IntRange
 from nacre.cli.session import session
 from nacre.included import names as included_names
 from nacre.included import resolve
@@ -20,25 +22,6 @@ if TYPE_CHECKING:
     ParamType: TypeAlias = click.ParamType[Any]  # generic for type checkers of late
 else:
     ParamType = click.ParamType
-
-SEED = click.IntRange(0, (1 << 32) - 1)
-"""Some of the libraries that draw random numbers take 32 bits only."""
-
-
-class FiniteRange(click.FloatRange):
-    """Finite numbers in a range; click lets "nan" pass everywhere, and "inf" in open ranges."""
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        number = float(super().convert(value, param, ctx))
-        if not math.isfinite(number):
-            self.fail(f"{value} is not a finite number", param, ctx)
-        return number
-
-
-def positive(most: float | None = None) -> FiniteRange:
-    return FiniteRange(0.0, most, min_open=True)
 
 
 class _Input(click.Path):
@@ -144,40 +127,6 @@ INPUT, OUTPUT = _Input(path_type=Path), _Output()
 TEXELS, DIRECTION = Parsed("WxH", _texels), Parsed("THETA,PHI", _direction)
 TEXEL = integers("12,7", 2)
 
-_SUBJECTS = {
-    "brdf": "reflectances (BRDFs)",
-    "btf": "textures (BTFs)",
-    "network": "networks",
-    "codec": "unified and custom",
-}
-"""Kinds of materials and models that an option may be limited to."""
-
-
-class Option(click.Option):
-    """An option that may be limited to one kind of material or model; see :func:`refuse`."""
-
-    def __init__(
-        self, names: Sequence[str], applies: str = "", shown: str | None = None, **settings: Any
-    ) -> None:
-        super().__init__(names, show_default=shown, **settings)
-        self.applies = applies
-        if self.metavar is None and isinstance(self.type, click.IntRange | click.FloatRange):
-            self.metavar = "N" if isinstance(self.type, click.IntRange) else "X"
-
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        """See click; a default in words loses its parentheses, and follows what it is for."""
-        record = super().get_help_record(ctx)
-        if record is None:
-            return record
-        names, text = record
-        if isinstance(self.show_default, str):
-            text = text.replace(f"({self.show_default})", self.show_default)
-        if self.applies:
-            about, bracket, extra = text.rpartition("  [")
-            only = f"{_SUBJECTS[self.applies]} only"
-            text = f"{about}  [{only}; {extra}" if bracket else f"{text}  [{only}]"
-        return names, text
-
 
 def option(names: str, kind: ParamType | Sequence[str] | None = None, **settings: Any) -> Option:
     """An option of a command.
@@ -189,8 +138,8 @@ def option(names: str, kind: ParamType | Sequence[str] | None = None, **settings
     kind
         Type of its values, or the values to choose from.
     settings
-        As click takes them, and: `applies`, a key of the kinds that it is limited to; `shown`, a
-        default in words. The help may follow as text; see :func:`nacre.cli.command.command`.
+        As :class:`nacre.cli.layout.Option` takes them: `group` says what it is about. The help
+        may follow as text; see :func:`nacre.cli.command.command`.
     """
     chosen = kind if kind is None or isinstance(kind, click.ParamType) else click.Choice(kind)
     return Option(names.split(), type=chosen, **settings)
@@ -208,7 +157,7 @@ def refuse(applies: Container[str], subject: str) -> None:
     """
     for option, flag in given():
         if option.applies in applies:
-            raise click.UsageError(f"{flag} is for {_SUBJECTS[option.applies]}; {subject}")
+            raise click.UsageError(f"{flag} is for {SUBJECTS[option.applies]}; {subject}")
 
 
 def given() -> Iterator[tuple[Option, str]]:
@@ -267,10 +216,10 @@ def _shared(names: str, kind: Any = None, **defaults: Any) -> Callable[..., Opti
     return lambda kind=kind, **settings: option(names, kind, **(defaults | settings))
 
 
-seed_option = _shared("--seed", SEED, default=0, help="Seed of the random numbers.")
+seed_option = _shared("--seed", SEED, default=0, help="Random seed.")
 jobs_option = _shared(
     "--jobs",
-    click.IntRange(1),
+    IntRange(1),
     shown="one per core",
     help="Number of materials fitted at the same time.",
 )
@@ -297,8 +246,7 @@ preset_option = _shared(
 scale_option = _shared(
     "--free-scale",
     is_flag=True,
-    help="Also find one factor that scales all samples, for example from an uncalibrated "
-    "instrument.",
+    help="Also find one factor for all samples, as from an uncalibrated instrument.",
 )
 basis_option = _shared(
     "--basis basis_name",
@@ -328,7 +276,9 @@ directions_option = _shared(
 )
 texels_option = _shared("--texels", TEXELS, metavar="WxH")
 device_option = _shared(
-    "--device", help="PyTorch device, such as cpu or cuda:1, instead of the CPU kernel."
+    "--device",
+    metavar="NAME",
+    help="PyTorch device, such as cpu or cuda:1, instead of the CPU kernel.",
 )
 height_field_option = _shared("--height-field", INPUT, applies="btf")
 depth_option = _shared(
@@ -339,8 +289,8 @@ depth_option = _shared(
     help="Depth of the height field from black to white, in widths of the texture.",
 )
 picture_size_option = _shared(
-    "--size", click.IntRange(16, 1024), default=192, help="Width of each picture in pixels."
+    "--size", IntRange(16, 1024), default=192, help="Width of each picture in pixels."
 )
 spp_option = _shared(
-    "--spp", click.IntRange(1), shown="as in nacre render, denoised", help="Samples per pixel."
+    "--spp", IntRange(1), shown="as in nacre render, denoised", help="Samples per pixel."
 )

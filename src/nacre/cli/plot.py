@@ -9,6 +9,7 @@ from nacre.cli.command import command as make
 from nacre.cli.display import Line
 from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
+from nacre.cli.ranges import FiniteRange
 from nacre.cli.report import progress, report
 from nacre.errors import NacreError, printable
 from nacre.figures.plot import CHANNELS, INCIDENCE, MAX_MATERIALS
@@ -34,13 +35,11 @@ def _angles(text: str) -> tuple[float, ...]:
     "Texel whose lobes to plot: column and row, counted from 0.",
     option("--incidence", options.Parsed("DEG,DEG", _angles), default=_DEFAULT),
     "Angles of the light from the normal, in degrees.",
-    option("--azimuth", options.FiniteRange(-360.0, 360.0), default=0.0, metavar="DEG"),
+    option("--azimuth", FiniteRange(-360.0, 360.0), default=0.0, metavar="DEG"),
     "Azimuth of the plane of incidence, for anisotropic materials.",
     option("--channel", CHANNELS, default="luminance", help="Channel to plot."),
     option("--cosine", is_flag=True, help="Multiply by the cosine of the viewing angle."),
-    option(
-        "--floor", options.FiniteRange(1e-12, 1e12), shown="a power of ten below the plotted values"
-    ),
+    option("--floor", FiniteRange(1e-12, 1e12), shown="a power of ten below the plotted values"),
     "Value at the center in 1/sr.",
 )
 def command(

@@ -4,12 +4,12 @@ from pathlib import Path
 from typing import Any
 
 import click
-from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
+from nacre.cli.ranges import FiniteRange, IntRange
 from nacre.cli.rendering import TEXTURE_SPP, render_reflectance, render_scene, render_texture
 from nacre.formats import describe_kind
 from nacre.mitsuba import scene
@@ -21,7 +21,7 @@ from nacre.mitsuba.textures.texels import INTERPOLATIONS
 
 _SHAPES = list(dict.fromkeys((*scene.SHAPES, *texture_scene.GEOMETRIES)))
 _LIGHTS = list(dict.fromkeys((*scene.LIGHTS, *texture_scene.LIGHTS)))
-_PIXELS = click.IntRange(1, MAX_SIZE)
+_PIXELS = IntRange(1, MAX_SIZE)
 _SCENE_OPTIONS = ("source", "output", "spp", "seed")
 
 
@@ -31,13 +31,18 @@ _SCENE_OPTIONS = ("source", "output", "spp", "seed")
     options.output_option(required=False, shown="NAME.png; NAME.gif with --frames"),
     "Picture to write: .exr (linear), .png or .jpg; with --frames .gif, .png or .webp.",
     option(
-        "--shape", _SHAPES, shown=f"{scene.SHAPES[0]}; {texture_scene.GEOMETRIES[0]} for textures"
+        "--shape",
+        _SHAPES,
+        metavar="NAME",
+        shown=f"{scene.SHAPES[0]}; {texture_scene.GEOMETRIES[0]} for textures",
     ),
-    "Object to show.",
-    option("--light", _LIGHTS, default="environment", help="Light on the object."),
+    f"Object to show: {', '.join(scene.SHAPES)}; for textures "
+    f"{', '.join(texture_scene.GEOMETRIES)}.",
+    option("--light", _LIGHTS, metavar="NAME", default="environment"),
+    f"Light on the object: {', '.join(_LIGHTS)}.",
     options.environment_option(),
     option("--size", _PIXELS, default=512, help="Width of the picture in pixels."),
-    option("--height", _PIXELS, applies="brdf", shown="the width"),
+    option("--height", _PIXELS, applies="brdf", first=True, shown="the width"),
     "Height of the picture in pixels.",
     option(
         "--spp",
@@ -50,28 +55,35 @@ _SCENE_OPTIONS = ("source", "output", "spp", "seed")
     "Remove noise if Intel's denoiser is installed (extra: render); not from animations and "
     "comparisons.",
     options.seed_option(),
-    option("--angle", click.FloatRange(0.0, 89.0), applies="btf", default=45.0),
+    option("--angle", FiniteRange(0.0, 89.0), applies="btf", default=45.0),
     "Angle between the view and a directional or point light, in degrees.",
     option("--repeat", IntRange(1), applies="btf", default=4),
     "Repetitions of the texture around the object.",
-    option("--frames", IntRange(2, 10_000), applies="btf"),
-    "Frames of an animation with a moving directional or point light.",
-    option("--light-path", PATHS, applies="btf", shown=PATHS[0]),
-    "Path of the moving light: around the normal at the center of the picture, or over the object "
-    "from left to right.",
-    option("--decode decoder", DECODERS, applies="btf", default=DECODERS[0]),
-    "Decode codes with a table of functions, or with the networks at every hit.",
-    option("--interpolation", INTERPOLATIONS, applies="btf", default=INTERPOLATIONS[0]),
-    "Interpolation between texels: one of four at random, all four, or the nearest.",
     option("--mipmap", applies="btf", is_flag=True),
     "Filter an encoded texture for distant views, so that fewer samples suffice.",
-    options.height_field_option(),
-    "Gray image for parallax of a texture whose texels follow a surface: see nacre btf capture "
-    "--height-map.",
-    options.depth_option(),
+    option(
+        "--interpolation",
+        INTERPOLATIONS,
+        applies="btf",
+        metavar="KIND",
+        default=INTERPOLATIONS[0],
+    ),
+    "Interpolation between texels. stochastic: one of four at random. linear: all four. nearest: "
+    "the nearest.",
+    option("--decode decoder", DECODERS, applies="btf", default=DECODERS[0]),
+    "Decode codes with a table of functions, or with the networks at every hit.",
     option("--reference", options.INPUT, applies="btf"),
     "Original texture to show on the left and compare with; errors are on the right, except in "
     ".exr.",
+    option("--frames", IntRange(2, 10_000), applies="btf", group="animations of textures"),
+    "Number of frames, over which a directional or point light moves.",
+    option("--light-path", PATHS, applies="btf", group="animations of textures", shown=PATHS[0]),
+    "Path of the light: around the normal at the center of the picture, or over the object from "
+    "left to right.",
+    options.height_field_option(group="parallax of textures"),
+    "Gray image of heights, for a texture whose texels follow a surface: see nacre btf capture "
+    "--height-map.",
+    options.depth_option(group="parallax of textures"),
 )
 def command(source: Path, output: Path | None, **chosen: Any) -> None:
     """Render a preview of a material by path tracing, or a Mitsuba scene (.xml).

@@ -11,6 +11,7 @@ from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.display import Line
 from nacre.cli.options import option
+from nacre.cli.ranges import IntRange
 from nacre.cli.report import counted, fail, note, progress, report, report_file
 from nacre.errors import FormatError, NacreError
 
@@ -33,16 +34,16 @@ _NOTICE = 1 << 20  # bytes
     "Latitude-longitude map to offer as light (.exr, .hdr, .png). May be repeated.",
     option("--map mapped", is_flag=True),
     "Add a map for exploring what lies between the materials; 0.6 MB.",
-    options.height_field_option(shown="NAME.exr beside it, if any"),
-    "Gray image for parallax of a single texture.",
-    options.depth_option(),
     option("--notice", options.INPUT, metavar="FILE"),
     "Text for the foot of the page, such as a license.",
     option("--component", is_flag=True),
     "Write only the script (.js) that defines the element <nacre-view> for other pages.",
-    option("--port", click.IntRange(0, 65535), default=0, shown="any free one"),
+    options.height_field_option(shown="NAME.exr beside it, if any"),
+    "Gray image for parallax of a single texture.",
+    options.depth_option(),
+    option("--port", IntRange(0, 65535), group="a served page", default=0, shown="any free one"),
     "Port to serve the page on.",
-    option("--open/--no-open opened", default=True),
+    option("--open/--no-open opened", group="a served page", default=True),
     "Open the served page in a browser.",
 )
 def command(paths: tuple[Path, ...], output: Path | None, **chosen: Any) -> None:

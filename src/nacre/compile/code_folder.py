@@ -28,7 +28,10 @@ def code_folder(name: str, sources: Iterable[Path], versions: tuple[str, ...] = 
     digest = hashlib.sha256(repr((libraries, processor)).encode())
     for path in (Path(__file__), *sources):
         digest.update(path.read_bytes())
-    root = os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir(
-        "nacre", appauthor=False
-    )
-    return Path(root) / f"{name}-{digest.hexdigest()[:16]}"
+    return code_root() / f"{name}-{digest.hexdigest()[:16]}"
+
+
+def code_root() -> Path:
+    """Folder with one folder for each state of code, libraries and processor."""
+    named = os.environ.get("NUMBA_CACHE_DIR")
+    return Path(named or platformdirs.user_cache_dir("nacre", appauthor=False))

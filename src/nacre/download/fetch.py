@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -110,6 +110,14 @@ def _present(path: Path, record: Path, known: str | None) -> Fetched | None:
             f"it again, or delete {record} to accept it"
         )
     return Fetched(path, sha256, False, False)
+
+
+def downloaded(folder: Path) -> Iterator[Path]:
+    """Files in the folder of a database that are as they were downloaded, and their records."""
+    for record in sorted(folder.glob("*.json")):
+        path = record.with_suffix("")
+        if path.is_file() and digest(path) == _recorded(record):
+            yield from (path, record)
 
 
 def _recorded(record: Path) -> str | None:

@@ -10,7 +10,6 @@ from string import Template
 
 import numpy as np
 
-from nacre.errors import require
 from nacre.figures.code_views import strip
 from nacre.latent.basis import CodedBrdf
 from nacre.latent.edits import Edit
@@ -107,14 +106,15 @@ def slider_page(
     Raises
     ------
     MissingExtraError
-        If Mitsuba or Pillow is not installed.
+        If Mitsuba is not installed.
     """
+    from PIL import Image
+
     cards = []
     for index, (edit, row) in enumerate(zip(edits, rows, strict=True)):
         stream = io.BytesIO()
-        pillow = require("PIL.Image", "render")
         picture = strip(row, size, spp, lambda *_: None)
-        pillow.fromarray(picture).save(stream, "JPEG", quality=_QUALITY, subsampling=0)
+        Image.fromarray(picture).save(stream, "JPEG", quality=_QUALITY, subsampling=0)
         progress("rendering", index + 1, len(edits), edit.name)
         cards.append(
             _CARD.substitute(

@@ -216,11 +216,12 @@ def _exr_at_origin(data: bytes, path: PathLike) -> bytes | None:
 
 
 def _jpeg_header(data: bytes, path: PathLike) -> ImageHeader:
-    plugin = require("PIL.JpegImagePlugin", "render")
+    from PIL import JpegImagePlugin
+
     try:
         with (
             warnings.catch_warnings(action="ignore"),
-            plugin.JpegImageFile(io.BytesIO(data)) as image,
+            JpegImagePlugin.JpegImageFile(io.BytesIO(data)) as image,
         ):
             (width, height), bits, mode = image.size, image.bits, image.mode
     except Exception as error:  # the parser meets damage in many ways
@@ -305,9 +306,10 @@ def _decode_by_mitsuba(data: bytes, path: PathLike) -> npt.NDArray[Any]:
 
 
 def _decode_by_pillow(data: bytes, path: PathLike) -> npt.NDArray[Any]:
-    pillow = require("PIL.Image", "render")
+    from PIL import Image
+
     try:
-        with pillow.open(io.BytesIO(data), formats=["JPEG"]) as image:
+        with Image.open(io.BytesIO(data), formats=["JPEG"]) as image:
             return np.array(image)
     except Exception as error:  # the decoder meets damage in many ways
         raise FormatError(f"{path}: cannot be decoded: {reason(error)}") from error

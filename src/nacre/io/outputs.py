@@ -131,9 +131,13 @@ def _problem(path: Path, status: os.stat_result) -> str:
 
 
 def _record(path: Path) -> Path:
-    folder = os.environ.get("NACRE_STATE") or platformdirs.user_state_dir("nacre")
     name = hashlib.sha256(os.fsencode(_absolute(path))).hexdigest()[:40]
-    return Path(folder) / "outputs" / name[:2] / name
+    return records_folder() / name[:2] / name
+
+
+def records_folder() -> Path:
+    """Folder of the records of outputs: in `NACRE_STATE`, else in the platform's for states."""
+    return Path(os.environ.get("NACRE_STATE") or platformdirs.user_state_dir("nacre"), "outputs")
 
 
 def _absolute(path: Path) -> Path:

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import functools
-import warnings
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from nacre.errors import require
-
 _Array = npt.NDArray[np.float64]
+
+_TO_LINEAR = (
+    (3.2409699419045226, -1.537383177570094, -0.49861076029300344),
+    (-0.9692436362808798, 1.8759675015077206, 0.04155505740717563),
+    (0.05563007969699364, -0.20397695888897655, 1.0569715142428786),
+)
+"""CIE XYZ to linear Rec. 709 RGB (ITU-R BT.709). These are all digits with which colors of earlier
+versions were computed; :func:`nacre.color.xyz_to_rgb` differs from them by a last bit."""
 
 
 def to_rgb(spectra: npt.ArrayLike, wavelengths: npt.ArrayLike) -> _Array:
@@ -43,20 +49,13 @@ def rgb_weights(wavelengths: npt.ArrayLike) -> _Array:
 
 @functools.cache
 def _response() -> tuple[_Array, _Array]:
-    """Wavelengths (n,) every nm from 360 to 780, and RGB of a unit value at each, (n, 3)."""
-    with warnings.catch_warnings(), np.printoptions():  # it changes how NumPy prints, for all
-        warnings.simplefilter("ignore")  # it misses plotting libraries that this does not need
-        colour = require("colour", "spectral")
-    nodes = np.arange(360.0, 781.0)
-    observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
-    illuminant = colour.SDS_ILLUMINANTS["D65"]
-    seen = np.stack(
-        [
-            np.interp(nodes, observer.wavelengths, channel)
-            * np.interp(nodes, illuminant.wavelengths, illuminant.values)
-            for channel in observer.values.T
-        ],
-        axis=1,
-    )
-    to_linear = colour.RGB_COLOURSPACES["ITU-R BT.709"].matrix_XYZ_to_RGB
-    return nodes, seen / seen[:, 1].sum() @ np.asarray(to_linear).T
+    """Wavelengths (n,) every nm from 360 to 780, and RGB of a unit value at each, (n, 3).
+
+    `cie.csv` has the color matching functions of the CIE 1931 2-degree observer (CIE 018:2019) and
+    the power of D65, which CIE 015:2018 has every 5 nm and which is linear between.
+    """
+    table = Path(__file__).with_name("cie.csv")
+    columns = np.loadtxt(table, delimiter=",", skiprows=1, encoding="utf-8").T
+    nodes, observer, illuminant = columns[0], columns[1:4], columns[4]
+    seen = np.stack([channel * illuminant for channel in observer], axis=1)
+    return nodes, seen / seen[:, 1].sum() @ np.asarray(_TO_LINEAR).T

@@ -7,13 +7,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nacre.array import Floats, Mask
+from nacre.array import Doubles, Floats, Mask
 from nacre.brdf import Brdf
-from nacre.color import tone_map
+from nacre.color import REC_709, rgb_to_xyz_matrix, tone_map
 from nacre.errors import NacreError, require
 from nacre.geometry import join, uniform_rusinkiewicz
 
 PAIRS = 100_000  # pairs of directions drawn for angular_errors
+
+# x and y of red, green, blue and white (ITU-R BT.2020)
+_REC_2020 = ((0.708, 0.292), (0.170, 0.797), (0.131, 0.046), (0.3127, 0.3290))
+_CONES = np.array([[1688, 2146, 262], [683, 2951, 462], [99, 309, 3688]]) / 4096
+"""Linear Rec. 2020 RGB to L, M and S (ITU-R BT.2100, table 7)."""
+_OPPONENTS = np.array([[2048, 2048, 0], [3305, -6806.5, 3501.5], [17933, -17390, -543]]) / 4096
+"""Encoded L, M and S to I, half of C_T, and C_P (ITU-R BT.2124)."""
 
 
 @dataclass(frozen=True)
@@ -100,15 +107,19 @@ def delta_itp(truth: Floats, other: Floats, white: float = 203.0) -> Floats:
 
     Pictures are linear Rec. 709 RGB, shapes (..., 3), clipped to [0, 1] as displays show them;
     `white` is the luminance of 1 on the display in cd/m^2, by default that of reference white
-    (ITU-R BT.2408). Raises MissingExtraError if colour-science is not installed.
+    (ITU-R BT.2408). The result has shape (...), float64.
     """
-    colour = require("colour", "spectral")
-    wide = [
-        colour.RGB_to_RGB(np.clip(image, 0.0, 1.0), "ITU-R BT.709", "ITU-R BT.2020")
-        for image in (truth, other)
-    ]
-    first, second = (colour.RGB_to_ICtCp(white * np.maximum(image, 0.0)) for image in wide)
-    return np.asarray(colour.difference.delta_E_ITP(first, second))
+    pictures = (np.clip(image, 0.0, 1.0, dtype=np.float64) for image in (truth, other))
+    first, second = (_itp(white * picture) for picture in pictures)
+    return np.asarray(720.0 * np.linalg.norm(first - second, axis=-1))
+
+
+def _itp(luminances: Doubles) -> Doubles:
+    """I, T and P of linear Rec. 709 RGB in cd/m^2, shape (..., 3) (ITU-R BT.2100 and BT.2124)."""
+    to_wide = np.linalg.solve(rgb_to_xyz_matrix(_REC_2020), rgb_to_xyz_matrix(REC_709))
+    power = np.maximum(luminances @ (_CONES @ to_wide).T / 10_000.0, 0.0) ** (2610 / 16384)
+    encoded = (3424 / 4096 + 2413 / 128 * power) / (1.0 + 2392 / 128 * power)
+    return np.asarray(encoded ** (2523 / 32) @ _OPPONENTS.T)
 
 
 def angular_errors(truth: Brdf, other: Brdf, count: int = PAIRS, seed: int = 0) -> AngularErrors:

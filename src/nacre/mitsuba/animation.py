@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.errors import FormatError, NacreError, require
+from nacre.errors import FormatError, NacreError
 from nacre.io.files import PathLike, atomic_path
 from nacre.mitsuba.preview import check_image_path
 
@@ -47,13 +47,14 @@ def write_animation(frames: Iterable[npt.NDArray[np.uint8]], path: PathLike) -> 
 
     Raises FormatError if the ending is none of these or the file cannot be written.
     """
+    from PIL import Image
+
     path = check_image_path(path, ANIMATIONS)
-    pillow = require("PIL.Image", "render")
-    images = [pillow.fromarray(frame) for frame in frames]
+    images = [Image.fromarray(frame) for frame in frames]
     options: dict[str, Any] = {"duration": FRAME_MILLISECONDS, "loop": 0}
     if path.suffix.lower() == ".gif":
-        palette = _palette(pillow, images)
-        images = [image.quantize(palette=palette, dither=pillow.Dither.NONE) for image in images]
+        palette = _palette(images)
+        images = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
         options |= {"optimize": False}
     elif path.suffix.lower() == ".webp":
         options |= {"quality": 90}
@@ -61,8 +62,10 @@ def write_animation(frames: Iterable[npt.NDArray[np.uint8]], path: PathLike) -> 
         images[0].save(temporary, save_all=True, append_images=images[1:], **options)
 
 
-def _palette(pillow: Any, images: list[Any]) -> Any:
+def _palette(images: list[Any]) -> Any:
+    from PIL import Image
+
     # Of Pillow's methods, this one has a small error and flickers little; dithering flickers more.
     step = max(1, round((sum(i.width * i.height for i in images) / _SAMPLED) ** 0.5))
     sampled = np.concatenate([np.array(i)[::step, ::step].reshape(-1, 3) for i in images])
-    return pillow.fromarray(sampled[None]).quantize(256, pillow.Quantize.MAXCOVERAGE, kmeans=1)
+    return Image.fromarray(sampled[None]).quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=1)

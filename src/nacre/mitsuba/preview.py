@@ -14,7 +14,7 @@ from nacre.array import Image
 from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.color import tone_map
-from nacre.errors import FormatError, NacreError, require
+from nacre.errors import FormatError, NacreError
 from nacre.io.files import PathLike, atomic_path
 from nacre.io.image_file import bitmaps
 from nacre.mitsuba.denoise import can_denoise
@@ -164,7 +164,7 @@ def write_image(image: npt.NDArray[np.floating], path: PathLike) -> None:
 
     `.exr` keeps linear float32 values; `.png` and `.jpg` are clipped to [0, 1] and get a gamma of
     2.2 (:func:`nacre.color.tone_map`). Raises FormatError if the ending is none of these or the
-    file cannot be written; MissingExtraError if Mitsuba (for `.exr`) or Pillow is not installed.
+    file cannot be written; MissingExtraError if Mitsuba (for `.exr`) is not installed.
     """
     path = check_image_path(path)
     if path.suffix.lower() == ".exr":
@@ -181,10 +181,10 @@ def write_image(image: npt.NDArray[np.floating], path: PathLike) -> None:
 def write_bytes(image: npt.NDArray[np.uint8], path: PathLike) -> None:
     """Write a picture of display values, shape (height, width, 3), as `.png` or `.jpg`.
 
-    Raises FormatError if the ending is none of these or the file cannot be written;
-    MissingExtraError if Pillow is not installed.
+    Raises FormatError if the ending is none of these or the file cannot be written.
     """
+    from PIL import Image
+
     path = check_image_path(path, DISPLAY_IMAGES)
-    pillow = require("PIL.Image", "render")
     with atomic_path(path) as temporary:
-        pillow.fromarray(image).save(temporary, quality=95)
+        Image.fromarray(image).save(temporary, quality=95)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,6 +32,7 @@ from nacre.photographs.search import (
     posterior_of_photographs,
     unexplained,
 )
+from nacre.photographs.weights import refine
 from nacre.runtime.progress import Progress, silent
 from nacre.runtime.store import Store
 
@@ -98,20 +98,16 @@ class Photographed:
     def network(self, *, seed: int = 0, progress: Progress = silent) -> NeuralBrdf:
         """A network for the material, whose weights are optimized to match the photographs.
 
-        Without PyTorch the weights match only the material. The network's metadata hold the
-        plausible materials, but only if their basis is the included one, which every reader has.
+        The network's metadata hold the plausible materials, but only if their basis is the included
+        one, which every reader has.
         """
-        network = fit(self.estimate.material, progress=progress)
-        if importlib.util.find_spec("torch"):
-            from nacre.photographs.weights import refine
-
-            basis = self.estimate.material.basis
-            others = [basis.decode(code) for code in self.estimate.codes]
-            network = refine(
-                network, others, self.photographs, self.factors, seed=seed, progress=progress
-            )
-        own, included = self.estimate.material.basis, pretrained_basis()
-        known = own.fingerprint() == included.fingerprint()
+        basis = self.estimate.material.basis
+        others = [basis.decode(code) for code in self.estimate.codes]
+        expected = fit(self.estimate.material, progress=progress)
+        network = refine(
+            expected, others, self.photographs, self.factors, seed=seed, progress=progress
+        )
+        known = basis.fingerprint() == pretrained_basis().fingerprint()
         return self.estimate.kept_by(network) if known else network
 
 

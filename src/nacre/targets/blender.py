@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ast
+import io
 import json
 import textwrap
+import zipfile
 from collections.abc import Mapping
 from importlib import resources
 from typing import Any
@@ -16,8 +18,12 @@ from nacre.btf import Btf
 from nacre.targets.target import Target
 from nacre.targets.text import facts
 
-ADDON = "nacre_blender.py"
+ADDON = "nacre_blender.zip"
 """Name of the add-on's file."""
+
+_FOLDER = "nacre_materials"
+"""The folder in the zip, with which Blender takes it as an extension and as an old add-on alike."""
+_TIME = (1980, 1, 1, 0, 0, 0)  # of members: the same add-on is the same file
 
 _SCRIPT = '''
 MATERIAL = (
@@ -31,13 +37,26 @@ if __name__ == "__main__":
 
 
 def addon() -> bytes:
-    """The source of the add-on, a single file for Blender 4.2 to 5."""
+    """The source of the add-on, a single module for Blender 4.2 to 5."""
     about = [
-        "Materials of nacre in Blender: an add-on of one file.",
+        "Materials of nacre in Blender.",
         "",
-        "Edit > Preferences > Add-ons > Install from Disk; then File > Import > nacre material.",
+        "Edit > Preferences > Add-ons > Install from Disk takes the zip that this is in; then File",
+        "> Import > nacre material.",
     ]
     return assembled(about, "reading", "nodes", "asset", "library", "interface").encode()
+
+
+def extension() -> bytes:
+    """The add-on as a zip for Blender 4.2 to 5, with its manifest."""
+    manifest = resources.files("nacre.targets").joinpath("blender_addon", "blender_manifest.toml")
+    files = {"blender_manifest.toml": manifest.read_bytes(), "__init__.py": addon()}
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        for name, data in files.items():
+            member = zipfile.ZipInfo(f"{_FOLDER}/{name}", _TIME)
+            archive.writestr(member, data, zipfile.ZIP_DEFLATED)
+    return stream.getvalue()
 
 
 class BlenderClosures(Target):
@@ -61,7 +80,7 @@ class BlenderAddon(Target):
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
         given = content(self.of_model(material), name)
-        return {ADDON: addon(), f"{name}.json": f"{json.dumps(given, indent=1)}\n".encode()}
+        return {ADDON: extension(), f"{name}.json": f"{json.dumps(given, indent=1)}\n".encode()}
 
 
 class PrincipledScript(Target):

@@ -14,7 +14,6 @@ from nacre.array import Image
 from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.color import tone_map
-from nacre.errors import require
 from nacre.metrics import compare
 from nacre.mitsuba.environment import Environment
 from nacre.mitsuba.lights import EnvironmentLight, Light
@@ -214,10 +213,7 @@ def _said(value: object) -> str:
 
 
 def thumbnail(brdf: Brdf, light: Light, size: int = _THUMBNAIL) -> bytes:
-    """A JPEG of a sphere, with `size` pixels along an edge.
-
-    Raises MissingExtraError if Pillow is not installed.
-    """
+    """A JPEG of a sphere, with `size` pixels along an edge."""
     image, mask = render_sphere(brdf, light, size)
     return _jpeg(np.where(mask[..., None], tone_map(image), _GROUND), size)
 
@@ -229,7 +225,9 @@ def _error(squared: object) -> str:
 
 def _jpeg(shown: Image, size: int = _THUMBNAIL) -> bytes:
     """A picture of display values from 0 to 1, with at most `size` pixels along an edge."""
-    picture = require("PIL.Image", "view").fromarray(np.round(255.0 * shown).astype(np.uint8))
+    import PIL.Image
+
+    picture = PIL.Image.fromarray(np.round(255.0 * shown).astype(np.uint8))
     picture.thumbnail((size, size))
     stream = io.BytesIO()
     picture.save(stream, "JPEG", quality=_QUALITY)

@@ -21,15 +21,11 @@ def live(material: object) -> str:
     """HTML for a reflectance's sphere, which turns by pointer or arrow keys; "" for anything else.
 
     It is a still picture below a frame with its own page. The picture remains if a notebook, or a
-    document made from it, allows no frames, or the browser has no WebGL2. Without Pillow there is
-    no picture, and the result is "".
+    document made from it, allows no frames, or the browser has no WebGL2.
     """
     if not isinstance(material, Brdf):
         return ""
-    try:
-        still = base64.b64encode(thumbnail(material, DirectionalLight(), _SIZE)).decode()
-    except NacreError:  # without Pillow
-        return ""
+    still = base64.b64encode(thumbnail(material, DirectionalLight(), _SIZE)).decode()
     name = html.escape(material.name or type(material).__name__)
     place = f"position:relative;width:{_SIZE}px;height:{_SIZE}px"
     picture = (

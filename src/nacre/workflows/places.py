@@ -46,7 +46,7 @@ PLACES: Mapping[str, tuple[Representation, ...]] = {
         Representation(
             "closure mixture",
             "blender-addon",
-            "Install nacre_blender.py (Preferences > Add-ons > Install from Disk), then File > "
+            "Install nacre_blender.zip (Preferences > Add-ons > Install from Disk), then File > "
             "Import > nacre material: {name}.json.",
         ),
         Representation("Principled", "principled", "Run blender --python {name}.py."),

@@ -44,13 +44,13 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
     options.output_option(required=False, shown="bench-SPLIT.jsonl"),
     "Results file (.jsonl) to add rows to; existing rows are not measured again.",
     option("--quick", is_flag=True, help="Make short fits and small pictures for a first look."),
-    option("--cache", options.OUTPUT, shown="OUTPUT.cache"),
-    "Folder for the trained latent bases.",
-    option("--fresh", is_flag=True, help="Measure existing rows again."),
     option("--show", options.INPUT, multiple=True, metavar="FILE"),
     "Results file to print as a Markdown table instead of measuring. May be repeated.",
     option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list),
     "Print the names of all splits, methods and measures.",
+    option("--cache", options.OUTPUT, group="repeated runs", shown="OUTPUT.cache"),
+    "Folder for the trained latent bases.",
+    option("--fresh", is_flag=True, group="repeated runs", help="Measure existing rows again."),
 )
 def command(
     split: str,

@@ -4,15 +4,16 @@ from pathlib import Path
 from typing import Any
 
 import click
-from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.options import option
+from nacre.cli.ranges import IntRange, positive
 from nacre.cli.report import aside, print_facts, progress, report, say
 
 _FIELDS: dict[str | None, str | None] = {"cache": "folder"}
 """Options with other names in :class:`nacre_lab.reproduce.experiment.Request`."""
+_TRAINING, _SINGLE = "training", "single experiments on textures"
 _ALWAYS = frozenset(("experiment", "files", "output"))
 
 
@@ -58,31 +59,42 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
     options.environment_option(),
     option("--size", IntRange(16, 1024), shown="128; 256 for textures"),
     "Width and height of each picture in pixels.",
-    option("--recipe", ["reference", "default"], default="default"),
-    "Training recipe for the networks of btf-...: the paper's, or ours.",
-    option("--steps", IntRange(1), shown="3000 for btf-...; 8000, or 500 with --quick"),
-    "Training steps for each network of btf-..., or for each basis of fig13 to fig16.",
-    option("--epochs", IntRange(1), shown="100; for btf-... see --steps"),
-    "Epochs of each training; for btf-..., instead of --steps.",
-    option("--minutes", options.positive(1e6)),
-    "Training time for each network of btf-... in minutes, instead of --steps.",
-    options.device_option(default="cpu"),
-    "PyTorch device to train the networks of btf-... on.",
-    option("--unseen", multiple=True, metavar="NAME", shown="textures whose names end in 12"),
-    "Texture to exclude from the training of btf-..., or material to show in fig13 to fig16 and "
-    "exclude from the training of predictors. May be repeated.",
-    option("--other", options.INPUT, multiple=True),
-    "Folder or file of more unseen textures for btf-fig6, with any directions. May be repeated.",
-    option("--height-fields", options.INPUT),
-    "Folder of height fields for btf-fig5 (NAME.exr); see nacre btf capture --height-map.",
-    option("--again", options.INPUT),
-    "Folder of second measurements for btf-table1, with different noise but the same names.",
     option("--quick", is_flag=True, help="Make short fits and small pictures for a first look."),
     options.seed_option(),
-    option("--cache", options.OUTPUT, shown="OUTPUT/cache"),
-    "Folder to keep results in.",
-    option("--fresh", is_flag=True, help="Ignore and replace the cache."),
     options.jobs_option(),
+    option("--recipe", ["reference", "default"], group=_TRAINING, default="default"),
+    "Training recipe for the networks of btf-...: the paper's, or ours.",
+    option(
+        "--steps",
+        IntRange(1),
+        group=_TRAINING,
+        shown="3,000 for btf-...; 8,000, or 500 with --quick",
+    ),
+    "Training steps for each network of btf-..., or for each basis of fig13 to fig16.",
+    option("--epochs", IntRange(1), group=_TRAINING, shown="100; for btf-... see --steps"),
+    "Epochs of each training; for btf-..., instead of --steps.",
+    option("--minutes", positive(1e6), group=_TRAINING),
+    "Training time for each network of btf-... in minutes, instead of --steps.",
+    options.device_option(default="cpu", group=_TRAINING),
+    "PyTorch device to train the networks of btf-... on.",
+    option(
+        "--unseen",
+        multiple=True,
+        metavar="NAME",
+        group=_TRAINING,
+        shown="textures whose names end in 12",
+    ),
+    "Texture to exclude from the training of btf-..., or material to show in fig13 to fig16 and "
+    "exclude from the training of predictors. May be repeated.",
+    option("--other", options.INPUT, multiple=True, group=_SINGLE),
+    "Folder or file of more unseen textures for btf-fig6, with any directions. May be repeated.",
+    option("--height-fields", options.INPUT, group=_SINGLE),
+    "Folder of height fields for btf-fig5 (NAME.exr); see nacre btf capture --height-map.",
+    option("--again", options.INPUT, group=_SINGLE),
+    "Folder of second measurements for btf-table1, with different noise but the same names.",
+    option("--cache", options.OUTPUT, group="repeated runs", shown="OUTPUT/cache"),
+    "Folder to keep results in.",
+    option("--fresh", is_flag=True, group="repeated runs", help="Ignore and replace the cache."),
 )
 def command(
     experiment: str, files: tuple[Path, ...], output: Path, cache: Path | None, **chosen: Any

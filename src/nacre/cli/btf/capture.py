@@ -4,12 +4,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.btf.written import report_texture
 from nacre.cli.command import command as make
 from nacre.cli.options import option
+from nacre.cli.ranges import IntRange
 from nacre.cli.report import aside, progress, report
 from nacre.errors import FormatError
 

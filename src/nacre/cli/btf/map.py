@@ -3,12 +3,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.kinds import expect
 from nacre.cli.options import option
+from nacre.cli.ranges import IntRange
 from nacre.cli.report import counted, progress, report
 
 

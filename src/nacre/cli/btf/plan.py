@@ -3,15 +3,15 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.kinds import expect
 from nacre.cli.options import option
+from nacre.cli.ranges import FiniteRange, IntRange
 from nacre.cli.report import progress, report
 
-_POLAR = options.FiniteRange(0.0, 89.0, min_open=True)
+_POLAR = FiniteRange(0.0, 89.0, min_open=True)
 
 
 @make(

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import click
-from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.btf.written import source_of, written_reference
 from nacre.cli.command import command as make
 from nacre.cli.kinds import expect
 from nacre.cli.options import option
+from nacre.cli.ranges import FiniteRange, IntRange, positive
 from nacre.cli.report import progress, report_facts
 
 
@@ -22,18 +22,18 @@ from nacre.cli.report import progress, report_facts
     options.output_option("Encoded texture to write (.safetensors)."),
     options.texels_option(shown="--scale times the input's"),
     "Width and height of the output in texels.",
-    option("--scale", options.positive(), shown="5"),
+    option("--scale", positive(), shown="5"),
     "Edge lengths of the output relative to the input's.",
     option("--tile", is_flag=True, help="Make a texture that tiles."),
-    option("--patch", IntRange(2), shown="from the texture"),
-    "Edge length of patches in texels.",
-    option("--overlap", IntRange(1), shown="3/8 of the patch"),
-    "Overlap of patches in texels.",
-    option("--tolerance", options.FiniteRange(0.0), default=0.1),
-    "Choose among patches whose error exceeds the smallest by at most this fraction.",
-    option("--periodic/--no-periodic", default=None, shown="as detected"),
-    "Let patches cross the edges of the input, which must tile.",
     options.seed_option(),
+    option("--patch", IntRange(2), group="patches", shown="from the texture"),
+    "Edge length of patches in texels.",
+    option("--overlap", IntRange(1), group="patches", shown="3/8 of the patch"),
+    "Overlap of patches in texels.",
+    option("--tolerance", FiniteRange(0.0), group="patches", default=0.1),
+    "Choose among patches whose error exceeds the smallest by at most this fraction.",
+    option("--periodic/--no-periodic", group="patches", default=None, shown="as detected"),
+    "Let patches cross the edges of the input, which must tile.",
 )
 def command(
     source: Path, output: Path, texels: tuple[int, int] | None, scale: float | None, **chosen: Any

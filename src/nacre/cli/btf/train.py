@@ -4,16 +4,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.options import option
+from nacre.cli.ranges import IntRange, positive
 from nacre.cli.report import counted, progress, report_file
 
 if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
 
+_TRAINING = "the training of unified and custom codecs"
 _SETTINGS = {"recipe_name": "preset", "bfloat16": "precision"}
 """Settings of a training whose names differ from those of their options."""
 
@@ -32,15 +33,12 @@ _SETTINGS = {"recipe_name": "preset", "bfloat16": "precision"}
     option(
         "--steps",
         IntRange(1),
-        shown="10000; for unified and custom 100 epochs, or 1000 with the reference recipe",
+        shown="10,000; for unified and custom 100 epochs, or 1,000 with the reference recipe",
     ),
     "Optimizer steps; for basis, of both stages together.",
-    option("--recipe recipe_name", ["reference", "default"], applies="codec", default="default"),
-    "Recipe: the paper's, which takes days, or ours.",
-    option("--minutes", options.positive(1e6), applies="codec"),
-    "Approximate training time, instead of --steps.",
-    option("--epochs", IntRange(1), applies="codec"),
-    "Epochs of 100 texels per texture, instead of --steps.",
+    option("--resume", is_flag=True, help="Resume the same command where it stopped."),
+    options.pixels_option(),
+    options.seed_option(),
     option("--pooling", ["mean", "max"], applies="codec", shown="mean"),
     "Pooling in the unified encoder.",
     option("--decoder", ["network", "bilinear"], applies="codec", default="network"),
@@ -55,30 +53,41 @@ _SETTINGS = {"recipe_name": "preset", "bfloat16": "precision"}
     option("--loss", ["l1", "l2"], applies="codec", shown="l1; l2 for custom"),
     "Loss to minimize.",
     option(
+        "--recipe recipe_name",
+        ["reference", "default"],
+        applies="codec",
+        group=_TRAINING,
+        default="default",
+    ),
+    "Recipe: the paper's, which takes days, or ours.",
+    option("--minutes", positive(1e6), applies="codec", group=_TRAINING),
+    "Approximate training time, instead of --steps.",
+    option("--epochs", IntRange(1), applies="codec", group=_TRAINING),
+    "Epochs of 100 texels per texture, instead of --steps.",
+    option(
         "--batch",
         IntRange(1),
         applies="codec",
+        group=_TRAINING,
         shown="128; 32 for custom; 10 with the reference recipe",
     ),
     "Texels per step.",
     option(
         "--learning-rate",
-        options.positive(1e3),
+        positive(1e3),
         applies="codec",
+        group=_TRAINING,
         shown="0.01; 0.2 with the reference recipe",
     ),
     "Largest learning rate.",
-    option("--patience", IntRange(0), applies="codec", default=0),
+    option("--patience", IntRange(0), applies="codec", group=_TRAINING, default=0),
     "Validations without improvement, 200 steps apart, to stop after; 0 for never.",
-    option("--bfloat16", applies="codec", is_flag=True),
+    option("--bfloat16", applies="codec", group=_TRAINING, is_flag=True),
     "Multiply matrices in bfloat16, which is fast on many processors.",
-    options.device_option(applies="codec", default="cpu"),
+    options.device_option(applies="codec", group=_TRAINING, default="cpu"),
     "PyTorch device to train on.",
-    options.seed_option(),
-    option("--events", options.OUTPUT, applies="codec"),
+    option("--events", options.OUTPUT, applies="codec", group=_TRAINING),
     "Folder for a TensorBoard log.",
-    option("--resume", is_flag=True, help="Resume the same command where it stopped."),
-    options.pixels_option(),
 )
 def command(
     paths: tuple[Path, ...],

@@ -3,11 +3,10 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from click import IntRange
-
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.options import option
+from nacre.cli.ranges import IntRange
 from nacre.cli.report import print_table, progress, report
 
 

@@ -4,11 +4,11 @@ from pathlib import Path
 from typing import Any
 
 import click
-from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.options import option
+from nacre.cli.ranges import IntRange
 from nacre.cli.report import note, progress, report_file
 
 
@@ -27,12 +27,12 @@ from nacre.cli.report import note, progress, report_file
     "Nodes per axis of the grid for pca: theta_h,theta_d,phi_d.",
     option("--separate", is_flag=True, default=None),
     "Train pca on each channel as a separate material, not on the six permutations of channels.",
-    option("--steps", IntRange(1), shown="8000"),
+    option("--steps", IntRange(1), shown="8,000"),
     "Optimizer steps, except for pca.",
-    option("--mixtures", IntRange(0), shown="12000"),
+    option("--mixtures", IntRange(0), shown="12,000"),
     "Number of mixtures of materials that an autoencoder also learns from.",
     options.seed_option(default=None, shown="0"),
-    "Seed of the random numbers, except for pca.",
+    "Random seed, except for pca.",
 )
 def command(
     paths: tuple[Path, ...],

@@ -7,7 +7,11 @@ from typing import Any
 import click
 
 from nacre.cli import options
-from nacre.cli.options import Option, option
+from nacre.cli.layout import Option
+from nacre.cli.options import option
+from nacre.cli.ranges import FiniteRange
+
+_GROUP = "the instrument"
 
 
 def _field(text: str) -> tuple[float, ...]:
@@ -20,17 +24,25 @@ def _field(text: str) -> tuple[float, ...]:
 def instrument_options() -> list[Option | str]:
     """Rows of a command; their values go to :func:`instrument`."""
     return [
-        option("--max-polar", options.FiniteRange(1.0, 89.0), default=80.0, metavar="DEG"),
+        option("--max-polar", FiniteRange(1.0, 89.0), default=80.0, metavar="DEG", group=_GROUP),
         "Largest angle of the light and the detector from the normal.",
-        option("--min-angle", options.FiniteRange(0.0, 170.0), default=10.0, metavar="DEG"),
+        option("--min-angle", FiniteRange(0.0, 170.0), default=10.0, metavar="DEG", group=_GROUP),
         "Smallest angle between light and detector at which neither shades the other.",
-        option("--fixed-light", options.FiniteRange(0.0, 89.0), metavar="DEG", shown="it moves"),
+        option(
+            "--fixed-light", FiniteRange(0.0, 89.0), metavar="DEG", group=_GROUP, shown="it moves"
+        ),
         "Angle of a fixed light from the normal.",
-        option("--in-plane", is_flag=True),
+        option("--in-plane", group=_GROUP, is_flag=True),
         "Keep the detector in the plane of the light and the normal.",
-        option("--step", options.FiniteRange(0.01, 15.0), default=0.1, metavar="DEG"),
+        option("--step", FiniteRange(0.01, 15.0), default=0.1, metavar="DEG", group=_GROUP),
         "Step of the axes; all angles are multiples of it.",
-        option("--field", options.Parsed("W,H", _field), metavar="W,H", shown="one direction"),
+        option(
+            "--field",
+            options.Parsed("W,H", _field),
+            metavar="W,H",
+            group=_GROUP,
+            shown="one direction",
+        ),
         "Size of a camera's picture in degrees, seen from the sample. A picture makes nine rows: "
         "corners, middles of edges, center.",
     ]

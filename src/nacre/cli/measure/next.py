@@ -3,13 +3,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import click
 import numpy as np
 
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.measure.instrument import instrument, instrument_options
 from nacre.cli.options import option
+from nacre.cli.ranges import FiniteRange, IntRange
 from nacre.cli.report import note, print_table, progress, report
 from nacre.errors import FormatError
 
@@ -22,16 +22,16 @@ from nacre.errors import FormatError
         required=False,
         text=".csv",
     ),
-    option("-n --count", click.IntRange(1, 64), default=4),
+    option("-n --count", IntRange(1, 64), default=4),
     "Largest number of pairs of directions, or pictures, to propose.",
-    option("--budget", click.IntRange(1), shown="no limit"),
+    option("--budget", IntRange(1), shown="no limit"),
     "Total number of samples to measure.",
-    option("--until", options.FiniteRange(0.0, 1.0), default=0.0),
+    option("--until", FiniteRange(0.0, 1.0), default=0.0),
     "Expected error to stop at, in a picture's display values from 0 to 1.",
-    *instrument_options(),
     options.scale_option(),
     options.basis_option(),
     options.seed_option(),
+    *instrument_options(),
 )
 def command(
     source: Path,

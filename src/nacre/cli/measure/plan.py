@@ -9,6 +9,7 @@ from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.measure.instrument import instrument, instrument_options
 from nacre.cli.options import option
+from nacre.cli.ranges import IntRange
 from nacre.cli.report import counted, progress, report_file
 from nacre.errors import FormatError
 
@@ -16,12 +17,12 @@ from nacre.errors import FormatError
 @make(
     "plan",
     options.output_option("Table to write (.csv), with empty cells for f_r.", text=".csv"),
-    option("-n --count", click.IntRange(1, 256), default=16),
+    option("-n --count", IntRange(1, 256), default=16),
     "Number of pairs of directions, or pictures. A larger plan begins with the smaller ones.",
     option("--of source", options.INPUT, metavar="MATERIAL"),
     "Material to measure virtually, which fills in the cells.",
-    *instrument_options(),
     options.basis_option(),
+    *instrument_options(),
 )
 def command(output: Path, count: int, source: Path | None, basis_name: str, **chosen: Any) -> None:
     """Plan the directions that tell most about an isotropic material.

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 from nacre.array import Floats
-from nacre.errors import FormatError, NacreError, reason, require
+from nacre.errors import FormatError, NacreError, reason
 from nacre.io.files import PathLike, first_bytes
 from nacre.io.image_file import JPEG_MAGIC, PNG_MAGIC
 from nacre.textures.codecs.codec_file import codec_fingerprint
@@ -50,16 +50,17 @@ def read_mask(path: PathLike) -> Floats:
 
     It is PNG or JPEG, in grays with 1, 8 or 16 bits or in colors that are gray. Raises a
     FormatError if it cannot be read, is no such image, is colored or not opaque, or has too many
-    pixels, and a MissingExtraError if Pillow is not installed.
+    pixels.
     """
+    from PIL import Image
+
     path = Path(path)
     if not path.exists():
         raise FormatError(f"{path}: is neither a file nor a named mask ({', '.join(NAMED)})")
     if not first_bytes(path).startswith((PNG_MAGIC, JPEG_MAGIC)):
         raise FormatError(f"{path}: a mask is a gray PNG or JPEG image")
-    pillow = require("PIL.Image", "render")
     try:
-        with pillow.open(path, formats=["PNG", "JPEG"]) as image:
+        with Image.open(path, formats=["PNG", "JPEG"]) as image:
             mode, (width, height) = image.mode, image.size
             if width * height > _PIXEL_LIMIT:
                 raise FormatError(
