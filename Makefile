@@ -4,7 +4,7 @@ RUN := .venv/bin/python
 SETUP := @$(PYTHON) scripts/setup.py
 PYTEST := NACRE_SCREENSHOTS=$(CURDIR)/out/screenshots $(RUN) -m pytest -n auto --dist loadfile -q
 
-.PHONY: demo test test-all coverage test-lab lint bench fuzz site gallery gallery-sheets gallery-textures
+.PHONY: demo test test-all coverage test-lab lint bench fuzz site notebooks gallery gallery-sheets gallery-textures
 .PHONY: included parity-blender release matrix setup tools lab clean
 
 demo:  ## The main job, start to end; NACRE_DATA=FILE uses a real measurement.
@@ -90,6 +90,10 @@ included: setup  ## Make the materials that come with nacre anew, of NACRE_DATA=
 site:  ## The pages of docs/ and the API reference in out/site, to be opened from disk.
 	$(SETUP) docs
 	EAGER_IMPORT=1 NO_MKDOCS_2_WARNING=1 $(RUN) -m mkdocs build
+
+notebooks:  ## Run the notebooks of docs/ and keep what their cells give in them: minutes.
+	$(SETUP) docs
+	$(RUN) scripts/notebooks.py
 
 RELEASE := .venv-release/bin/python
 

@@ -1,9 +1,8 @@
-"""What the site of `mkdocs.yml` has beside its pages: MathML, the API reference, run notebooks."""
+"""What the site of `mkdocs.yml` has beside its pages: MathML, the API reference, notebooks."""
 
 from __future__ import annotations
 
 import html
-import os
 import re
 import subprocess
 import sys
@@ -11,10 +10,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import nbformat
 from latex2mathml.converter import convert
 from mkdocs.structure.files import File, Files
-from nbclient import NotebookClient
 from nbconvert import MarkdownExporter
 from nbconvert.filters import strip_ansi
 
@@ -29,14 +26,13 @@ class NotebookPage(File):
 
 
 def on_files(files: Files, config: Any) -> Files:
-    """Run the notebooks if `extra.run` says so, and add to `api/` what pdoc writes of the module
-    `extra.api`.
+    """Make pages from notebooks, and add to `api/` what pdoc writes about the module `extra.api`.
 
-    A cell that fails ends the build, and so do pdoc's warnings.
+    pdoc's warnings end the build.
     """
     for file in [file for file in files if file.src_uri.endswith(".ipynb")]:
         files.remove(file)
-        page, pictures = executed(Path(file.abs_src_path), config.extra["run"])
+        page, pictures = notebook_page(Path(file.abs_src_path))
         files.append(NotebookPage.generated(config, file.src_uri, content=page))
         for name, content in pictures.items():
             place = (Path(file.src_uri).parent / name).as_posix()
@@ -52,27 +48,12 @@ def on_files(files: Files, config: Any) -> Files:
     return files
 
 
-def executed(path: Path, run: bool) -> tuple[str, dict[str, bytes]]:
-    """A notebook as Markdown and its pictures, after all of its cells ran in an empty folder."""
-    notebook = nbformat.read(path, as_version=4)
-    commands = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-    with tempfile.TemporaryDirectory() as folder:
-        client = NotebookClient(
-            notebook,
-            startup_timeout=600,
-            timeout=600,
-            resources={"metadata": {"path": folder}},
-            extra_arguments=["--log-level=ERROR"],  # it warns of every connection
-            coalesce_streams=True,
-        )
-        if run:
-            client.execute(env=os.environ | {"PATH": commands})
-    for cell in notebook.cells:  # JPEGs that Pillow offers beside its PNGs
-        for output in cell.get("outputs", []):
-            output.get("data", {}).pop("image/jpeg", None)
+def notebook_page(path: Path) -> tuple[str, dict[str, bytes]]:
+    """A notebook with its outputs as Markdown, and its pictures by name."""
     resources = {"unique_key": path.stem, "output_files_dir": "pictures"}
-    text, found = MarkdownExporter().from_notebook_node(notebook, resources)
-    return strip_ansi(text).replace("![png]", "![What the cell shows]"), found["outputs"]
+    text, found = MarkdownExporter().from_filename(str(path), resources)
+    text = re.sub(r"!\[(png|jpeg)\]", "![What the cell shows]", strip_ansi(text))
+    return text, found["outputs"]
 
 
 def on_page_content(content: str, **_: Any) -> str:

@@ -2,30 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import re
-import shutil
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
-
-import nacre
-from tests.contracts.directions import pairs
-from tests.measured.support import material, tensor_bytes
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *DOCS.rglob("*.md")])
 NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
 
-NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.ipynb"))
-
 GUIDE_WORDS = 900
-NOTEBOOK_WORDS = 500
 README_WORDS = 600
 
 
@@ -94,15 +83,6 @@ def test_guide_pages_are_read_in_five_minutes(page: Path) -> None:
     assert words(page) <= GUIDE_WORDS
 
 
-@pytest.mark.parametrize("source", NOTEBOOKS, ids=lambda source: source.stem)
-def test_notebooks_are_read_in_three_minutes_and_kept_without_outputs(source: Path) -> None:
-    cells = json.loads(source.read_text("utf-8"))["cells"]
-    text = "\n".join("".join(cell["source"]) for cell in cells)
-    assert sum(1 for word in text.split() if re.search(r"\w", word)) <= NOTEBOOK_WORDS
-    assert [cell["id"] for cell in cells if cell.get("outputs")] == []
-    assert f"]({source.name})" in (source.parent / "README.md").read_text("utf-8")
-
-
 def test_index_has_every_page() -> None:
     index = (DOCS / "README.md").read_text("utf-8")
     results = (DOCS / "results" / "README.md").read_text("utf-8")
@@ -121,48 +101,3 @@ def test_extending_shows_what_is_in_the_example_package() -> None:
     assert blocks
     lines = [line for block in blocks for line in block.splitlines() if line.strip()]
     assert [line for line in lines if line.strip() not in shown] == []
-
-
-def test_the_guide_to_gradients_finds_the_light_and_saves_what_it_trained(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    torch = pytest.importorskip("torch", reason="needs the extra 'torch'")
-    written = ROOT / "tests" / "fixtures" / "written" / "neural" / "enhanced.safetensors"
-    shutil.copy(written, tmp_path / "satin_rosaline_rgb.safetensors")
-    (tmp_path / "satin_rosaline_rgb.bsdf").write_bytes(tensor_bytes(material([0.0])))
-    monkeypatch.chdir(tmp_path)
-    torch.manual_seed(0)
-    names: dict[str, Any] = {}
-    page = (DOCS / "guide" / "gradients.md").read_text("utf-8")
-    for block in re.findall(r"```python\n(.*?)```", page, re.S):
-        exec(block, names)
-    assert names["light"].grad.abs().max() > 0
-    found = torch.nn.functional.normalize(names["direction"], dim=0).tolist()
-    assert found == pytest.approx([0.505, 0.303, 0.808], abs=5e-3)
-    tuned = nacre.load(tmp_path / "satin_tuned.safetensors")
-    wi, wo = (w[:2000] for w in pairs())
-    before, after = (
-        np.abs(np.log1p(x.eval(wi, wo)) - np.log1p(names["measured"].eval(wi, wo))).mean()
-        for x in (names["satin"], tuned)
-    )
-    assert after < before
-
-
-def test_the_guide_to_codes_finds_a_plausible_code(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pytest.importorskip("torch", reason="needs the extra 'torch'")
-    (tmp_path / "satin_rosaline_rgb.bsdf").write_bytes(tensor_bytes(material([0.0])))
-    monkeypatch.chdir(tmp_path)
-    names: dict[str, Any] = {}
-    page = (DOCS / "guide" / "codes.md").read_text("utf-8")
-    found = re.search(r"```python\n(import nacre\nimport torch\n.*?)```", page, re.S)
-    assert found
-    exec(found[1].replace("range(300)", "range(30)"), names)
-    misfit, starts = names["misfit"], names["starts"]
-    ends = starts[misfit(starts[:, None]).argmin()], names["code"]
-    before, after = (
-        float((misfit(code) - names["space"].log_prior(code)).detach()) for code in ends
-    )
-    assert after < before
-    assert names["material"].name == "satin"

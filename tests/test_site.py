@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import subprocess
@@ -15,8 +14,6 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
-
-from tests.tiers import tiered
 
 ROOT = Path(__file__).parents[1]
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
@@ -36,22 +33,20 @@ class Addresses(HTMLParser):
         self.found += [(tag, value or "") for name, value in attrs if name in ("src", "href")]
 
 
-@pytest.fixture(scope="module", params=tiered(["unrun", "run"], ["unrun"]))
-def site(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """All pages, without what cells of notebooks give and with it; of the API reference one module,
-    since all take a minute.
-    """
-    folder, run = tmp_path_factory.mktemp("site"), request.param == "run"
-    status, output = build(ROOT, "--site-dir", str(folder), SITE_RUN=str(run).lower())
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """All pages; of the API reference one module, since all take a minute."""
+    folder = tmp_path_factory.mktemp("site")
+    status, output = build(ROOT, "--site-dir", str(folder))
     assert status == 0, output
     return folder
 
 
-def build(folder: Path, *options: str, **more: str) -> tuple[int, str]:
+def build(folder: Path, *options: str) -> tuple[int, str]:
     """The exit status of MkDocs in a folder, as the Makefile runs it, and what it says."""
-    for name in ("mkdocs", "material", "latex2mathml", "nbclient", "nbconvert", "ipykernel"):
+    for name in ("mkdocs", "material", "latex2mathml", "nbconvert"):
         pytest.importorskip(name, reason="needs the extra 'docs'")
-    environment = os.environ | {"SITE_API": "nacre.errors", "NO_MKDOCS_2_WARNING": "1"} | more
+    environment = os.environ | {"SITE_API": "nacre.errors", "NO_MKDOCS_2_WARNING": "1"}
     command = [sys.executable, "-m", "mkdocs", "build", *options]
     built = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
     return built.returncode, built.stdout + built.stderr
@@ -81,7 +76,6 @@ def test_links_that_lead_nowhere_end_the_build(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("source", NOTEBOOKS, ids=lambda source: source.stem)
-@pytest.mark.parametrize("site", [pytest.param("run", marks=pytest.mark.slow)], indirect=True)
 def test_notebooks_show_what_their_cells_gave(site: Path, source: Path) -> None:
     page = site / "notebooks" / f"{source.stem}.html"
     shown = [address for tag, address in Addresses(page).found if tag == "img"]
@@ -92,21 +86,6 @@ def test_notebooks_show_what_their_cells_gave(site: Path, source: Path) -> None:
         values = np.asarray(Image.open(picture).convert("L"))
         assert values.std() > 5.0, f"{picture.name} shows nothing"
     assert not re.search(r"Warning|Traceback|\x1b", text)
-
-
-def test_a_cell_that_fails_ends_the_build(tmp_path: Path) -> None:
-    (tmp_path / "docs").mkdir()
-    cell = {"cell_type": "code", "id": "a", "metadata": {}, "outputs": [], "execution_count": None}
-    cell["source"] = "raise ValueError('no such light')"
-    notebook = {"cells": [cell], "metadata": {}, "nbformat": 4, "nbformat_minor": 5}
-    (tmp_path / "docs" / "a.ipynb").write_text(json.dumps(notebook))
-    settings = (
-        f"INHERIT: {ROOT / 'mkdocs.yml'}\nnav: [a.ipynb]\nhooks: [{ROOT / 'scripts/site.py'}]\n"
-    )
-    (tmp_path / "mkdocs.yml").write_text(settings)
-    status, output = build(tmp_path)
-    assert status == 1
-    assert "no such light" in output
 
 
 def test_nothing_comes_from_a_network(site: Path) -> None:

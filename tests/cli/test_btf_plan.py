@@ -71,6 +71,8 @@ def test_the_first_half_of_a_plan_is_a_plan(here) -> None:
     assert ten[:6] == five
     wi, wo = named_directions("ten.csv")
     assert np.array_equal(wi, wo)
+    rehearsal = "btf", "capture", "fabric01", "--texels", 4, "--paths", 1, "-o", "rehearsal.npz"
+    assert run(*rehearsal, "--directions", "five.csv") == 0
 
 
 @pytest.mark.parametrize(

@@ -47,6 +47,11 @@ def test_what_is_like_a_file_is_about_it(tmp_path):
     assert away.count(5) >= 4
 
 
+def test_what_is_like_an_included_material_is_named_after_it():
+    found = draw_materials(pretrained_basis(), 1, like="rgl:paper_white")
+    assert found[0].name == "rgl:paper_white 1"
+
+
 def test_an_implausible_material_comes_back_and_a_plausible_one_stays():
     known = pretrained_basis()
     far = known.decode(4.0 * known.examples[2], "far")

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from nacre.errors import NacreError
 from nacre.figures.code_views import coded
+from nacre.included import resolve
 from nacre.latent.basis import CodedBrdf, LatentBasis
 from nacre.latent.kinds import members
 from nacre.latent.prior import Prior
@@ -88,7 +89,7 @@ def draw_materials(
         Number of materials.
     like
         A kind of material (:data:`nacre.latent.kinds.KINDS`), a part of the training materials'
-        names, or a file with a material or code to resemble; anything if empty.
+        names, or the path of a material or code to resemble; anything if empty.
 
     Raises
     ------
@@ -100,8 +101,8 @@ def draw_materials(
     level = prior.level()
     about: Sequence[int] | None = None
     center: npt.NDArray[np.float32] | None = None
-    if like and Path(like).is_file():
-        center = coded([Path(like)], basis)[0].code
+    if like and (file := resolve(like)).is_file():
+        center = coded([file], basis)[0].code
     elif like:
         about = members(basis, like)
     seeds = np.random.default_rng((seed, 9))

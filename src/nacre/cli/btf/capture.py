@@ -66,7 +66,7 @@ def command(
         raise click.UsageError("--height-map is for a single RECIPE")
     if texels[0] != texels[1] or texels[0] > 4096:
         raise click.BadParameter("--texels: a capture is square, with up to 4096 texels per edge")
-    if is_btf(directions):
+    if not directions.lower().endswith(".csv") and is_btf(directions):
         raise FormatError(
             f"{directions}: is a texture, expected bonn, utia or a list of directions (.csv)"
         )

@@ -1,0 +1,133 @@
+"""Every line of the README, of the start and of the guides runs as typed, in an empty folder."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.data import require_data
+from tests.pages.pages import PAGES, distributions, downloads, type_page
+from tests.pages.typed import Block, TypingError, Typist, blocks, shell_lines, shows
+from tests.tiers import tiered
+
+NOT_RUN = {
+    "clusters": ["needs a cluster", "needs SLURM", "needs Kubernetes"],
+    "from-photographs": ["needs a photograph and its surroundings"],
+    "libraries": ["needs a GPU"],
+    "textures": ["needs photographs", "takes hours"],
+}
+"""The blocks of pages that no test runs, by the page's name."""
+
+FIRST = ("start", "gradients", "codes")
+
+
+def names(page: Path) -> str:
+    return page.stem
+
+
+@pytest.mark.parametrize("page", tiered(PAGES, lambda page: page.stem in FIRST), ids=names)
+def test_lines_run_as_typed(page: Path) -> None:
+    for name in distributions(page):
+        try:
+            importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            pytest.skip(f"{page.name} needs {name}")
+    for name in downloads(page):
+        require_data("rgl", name)
+    done = type_page(page, output=subprocess.PIPE)
+    assert done.returncode == 0, done.stdout
+
+
+def test_few_blocks_are_left_out() -> None:
+    found = {
+        page.stem: [block.why_not for block in blocks(page.read_text("utf-8"))] for page in PAGES
+    }
+    left_out = {name: [why for why in reasons if why] for name, reasons in found.items()}
+    assert {name: reasons for name, reasons in left_out.items() if reasons} == NOT_RUN
+
+
+PAGE = """
+```
+nacre info a
+nacre fit a \\
+    -o b   # c
+pip install nacre
+```
+
+<!-- not run: needs a network -->
+```python
+fetch()
+```
+
+Save this as `scene.xml`, in the folder:
+
+```xml
+<scene/>
+```
+
+```text
+a
+```
+"""
+
+
+def test_blocks_of_a_page() -> None:
+    first, second, third, fourth = blocks(PAGE)
+    lines = [(number, " ".join(line.split())) for number, line in shell_lines(first)]
+    assert lines == [(3, "nacre info a"), (4, "nacre fit a -o b # c")]
+    assert (second.language, second.why_not, second.line) == ("python", "needs a network", 11)
+    assert (third.name, third.text) == ("scene.xml", "<scene/>\n")
+    assert (fourth.language, fourth.name, fourth.why_not) == ("text", "", "")
+
+
+@pytest.mark.parametrize(
+    ("expected", "printed", "same"),
+    [
+        ("a 1.00", "b\na  1.05\nc", True),
+        ("a 1.00", "a 1.2", False),
+        ("a ... c", "a b\nc", True),
+        ("[0.505..., 0.3...]", "[0.5051, 0.3049]", True),
+        ("a b", "a", False),
+    ],
+)
+def test_what_is_printed(expected: str, printed: str, same: bool) -> None:
+    assert shows(expected, printed) is same
+
+
+@pytest.mark.parametrize(
+    ("block", "problem"),
+    [
+        (Block(7, "", "true\nfalse\n", "", ""), "page.md:8: false\nends with exit code 1"),
+        (Block(7, "", "true  # refused: a measurement\n", "", ""), "page.md:7: true"),
+        (Block(7, "python", "a = 1\nb\n", "", ""), 'File "page.md", line 8'),
+        (Block(7, "text", "a\n", "", ""), "page.md:7: this is not printed"),
+        (Block(7, "glsl", "vec3 f = paint_eval(wi, wo);\n", "", ""), "no file defines paint_eval"),
+        (Block(7, "cobol", "STOP RUN.\n", "", ""), "page.md:7: who runs cobol?"),
+    ],
+)
+def test_lines_that_fail(
+    block: Block, problem: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("paint.glsl").write_text("vec3 paint_pdf(vec3 wi, vec3 wo)")
+    with pytest.raises(TypingError) as failure:
+        Typist(Path("page.md")).type(block)
+    assert problem in str(failure.value)
+
+
+def test_lines_that_do_what_they_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    typist = Typist(Path("page.md"))
+    for language, text in (
+        ("", "echo 1 > a; exit 2  # refused: a reason\n"),
+        ("", "trap 'exit 0' INT; echo at http://localhost; sleep 60 & wait  # until Ctrl-C\n"),
+        ("python", "from pathlib import Path\nprint(Path('a').read_text())\n"),
+        ("text", "1\n"),
+    ):
+        typist.type(Block(1, language, text, "", ""))
+    typist.type(Block(1, "python", "1 / 0\n", "needs a miracle", ""))
+    typist.type(Block(1, "c", "int a;\n", "", "a.c"))
+    assert Path("a.c").read_text() == "int a;\n"
