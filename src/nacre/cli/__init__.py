@@ -69,7 +69,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
             root.main(arguments, "nacre", standalone_mode=False)
     except click.UsageError as error:
         command = error.ctx.command_path if error.ctx else "nacre"
-        _stop(f"{error.format_message()} (see {command} --help)", error)
+        named = isinstance(error, click.BadParameter) and not (error.param or error.param_hint)
+        message = error.message if named else error.format_message()
+        _stop(f"{message} (see {command} --help)", error)
     except (NacreError, click.ClickException) as error:
         _stop(str(error), error)
     except FileExistsError as error:  # a file stands where a folder should be made

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import time
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -11,7 +10,7 @@ import click
 
 import nacre
 from nacre.cli.session import session
-from nacre.errors import NacreError
+from nacre.errors import NacreError, did_you_mean
 from nacre.io.outputs import overwrite, written_by
 from nacre.registry import Registry
 
@@ -63,6 +62,17 @@ class Command(click.Command):
             text = "Replace files even if they are measured, read-only or not written by nacre."
             self.params.append(_flag("force", "--force", about=text))
         self.params.extend(_shared())
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """See click; what is wrong with the call is told with the line to type."""
+        from nacre.cli.calls import check_inputs, explained
+
+        call = list(args)
+        with explained(self, ctx, call):
+            rest = super().parse_args(ctx, args)
+        if not ctx.resilient_parsing:
+            check_inputs(self, ctx, call)
+        return rest
 
     def invoke(self, ctx: click.Context) -> Any:
         """See click; shows progress while the command runs."""
@@ -133,9 +143,7 @@ class Group(click.Group):
             if args[0] in self._elsewhere:
                 package = self._elsewhere[args[0]][1]
                 raise NacreError(f"{args[0]!r} comes with {package}: pip install {package}")
-            near = difflib.get_close_matches(args[0], self._commands, 3, 0.5)
-            hint = f"; did you mean {' or '.join(near)}?" if near else ""
-            ctx.fail(f"No such command {args[0]!r}{hint}")
+            ctx.fail(f"No such command {args[0]!r}{did_you_mean(args[0], self._commands)}")
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -24,7 +24,7 @@ from nacre.cli.report import (
     say,
 )
 from nacre.cli.session import session
-from nacre.errors import printable
+from nacre.errors import did_you_mean, printable
 from nacre.runtime.progress import Progress
 from nacre.workflows.watcher import Watcher
 
@@ -119,7 +119,9 @@ def _fitting(chosen: Mapping[str, Any], ending: str = "") -> Fitting:
     given: dict[str, Any] = {"ending": ending} if ending else {}
     if (name := chosen["model"]) != "nbrdf":
         if name not in MODELS:
-            raise click.BadParameter(f"--model {name}: is not one of nbrdf, {', '.join(MODELS)}")
+            known = ["nbrdf", *MODELS]
+            hint = did_you_mean(name, known, f"known: {', '.join(known)}")
+            raise click.BadParameter(f"--model {name}: is no known model{hint}")
         options.refuse(("network",), f"{name} is an analytic model")
         if chosen["precision"] is not None:
             raise click.BadParameter(f"--precision is for networks; {name} is an analytic model")

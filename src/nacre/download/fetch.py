@@ -16,7 +16,7 @@ from nacre.download.transfer import Progress, Transfer, TransferError, without_c
 from nacre.errors import NacreError
 from nacre.formats import load
 from nacre.io.files import PathLike, digest, write_encoded
-from nacre.io.outputs import check_replaceable, record_output
+from nacre.io.outputs import check_replaceable
 from nacre.io.source import TERMS
 from nacre.runtime.lock import exclusive
 
@@ -170,7 +170,5 @@ def _download(
     check_replaceable(path)
     with part.open("rb+") as file:
         os.fsync(file.fileno())
-    record_output(path, upcoming=part)
     part.replace(path)
-    record_output(path)
     return Fetched(path, sha256, verified, True)

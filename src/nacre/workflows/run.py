@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import stat
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -212,7 +211,7 @@ class _Run:
                 result = replace(
                     record,
                     sha256=fit.sha256,
-                    output_sha256=hashlib.sha256(fit.content).hexdigest(),
+                    output_sha256=digest(path),
                     losses=dict(fit.losses),
                     seconds=fit.seconds,
                 )
