@@ -142,7 +142,7 @@ def test_an_autoencoder_gives_networks_with_or_without_its_encoder(capsys, folde
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["train", "none.json", "made1.json", "-o", "x.safetensors"], "none.json: does not exist"),
+        (["train", "none.json", "made1.json", "-o", "x.safetensors"], "none.json: no such file"),
         (["frain"], "did you mean train?"),
         (
             ["train", "made0.json", "-o", "x.safetensors"],

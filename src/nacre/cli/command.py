@@ -51,10 +51,17 @@ def _help_alone() -> None:
 
 
 class Command(click.Command):
-    """A command with the shared options, --force if it writes and --json if it reports."""
+    """A command with the shared options, --force if it writes, --json if it reports, and --dry-run
+    if it can tell its plans.
+    """
 
-    def __init__(self, *, writes: bool = False, reports: bool = False, **settings: Any) -> None:
+    def __init__(
+        self, *, writes: bool = False, reports: bool = False, plans: bool = False, **settings: Any
+    ) -> None:
         super().__init__(**settings)
+        if plans:
+            text = "Say what would be read and written, and how much work it is; write nothing."
+            self.params.append(_flag("dry_run", "--dry-run", about=text))
         if reports:
             text = "Print the results as JSON, with units in the keys."
             self.params.append(_flag("as_json", "--json", about=text))
@@ -161,7 +168,11 @@ class Group(click.Group):
 
 
 def command(
-    name: str, *rows: click.Parameter | str, writes: bool = True, reports: bool = True
+    name: str,
+    *rows: click.Parameter | str,
+    writes: bool = True,
+    reports: bool = True,
+    plans: bool = False,
 ) -> Callable[[Callable[..., Any]], Command]:
     """Make a function a :class:`Command`.
 
@@ -175,4 +186,5 @@ def command(
         else:
             assert isinstance(parameters[-1], click.Option)
             parameters[-1].help = row
-    return click.command(name, Command, params=parameters, writes=writes, reports=reports)
+    kinds = {"writes": writes, "reports": reports, "plans": plans}
+    return click.command(name, Command, params=parameters, **kinds)

@@ -84,6 +84,7 @@ from nacre.errors import FormatError
     option("--resume", applies="btf", is_flag=True),
     "Resume the same command where it stopped.",
     options.pixels_option(applies="btf"),
+    plans=True,
 )
 def command(paths: tuple[Path, ...], output: str | None, **chosen: Any) -> None:
     """Fit a neural material to each INPUT: a network to a reflectance, codes to a texture.

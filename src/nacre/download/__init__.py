@@ -3,6 +3,15 @@
 from __future__ import annotations
 
 from nacre.download.databases import Database, Facts, databases, find
-from nacre.download.fetch import Fetched, cache_folder, fetch
+from nacre.download.fetch import Fetched, cache_folder, destination, fetch
 
-__all__ = ["Database", "Facts", "Fetched", "cache_folder", "databases", "fetch", "find"]
+__all__ = [
+    "Database",
+    "Facts",
+    "Fetched",
+    "cache_folder",
+    "databases",
+    "destination",
+    "fetch",
+    "find",
+]

@@ -92,12 +92,13 @@ def read_mark(path: Path) -> Mark | None:
         found = list(_MARK.finditer(region))
         if not found:
             return None
-        match = found[0] if start == 0 and len(found) > 1 and region[:1] == b"#" else found[-1]
+        match = found[0 if region.startswith(b"#") else -1]
         blank = bytearray(region)
         blank[match.start(2) : match.end(2)] = b"0" * _DIGITS
         if region[match.start() - len(_CHUNK) : match.start()] == _CHUNK:
-            content = bytes(blank[match.start() - len(_CHUNK) : match.end()])
-            blank[match.end() : match.end() + 4] = zlib.crc32(content).to_bytes(4, "big")
+            begin, end = match.start() - len(_CHUNK), match.end()
+            if region[end : end + 4] == _checksum(region[begin:end]):
+                blank[end : end + 4] = _checksum(bytes(blank[begin:end]))
         whole = _digest(file, (start, bytes(blank))) == match[2]
         return Mark(match[1].decode(), whole)
 
@@ -124,7 +125,7 @@ def _region(file: BufferedReader | BufferedRandom, ending: str) -> tuple[int, by
     file.seek(0)
     if ending == ".safetensors":
         return 0, file.read(8 + min(int.from_bytes(head, "little"), _HEADER))
-    if head.startswith(b"#") and ending not in _LINE or _is_zemax(head, ending):
+    if _begins_with_comments(head, ending):
         return 0, file.read(_REGION)
     size = file.seek(0, 2)
     start = max(0, size - _REGION)
@@ -132,14 +133,15 @@ def _region(file: BufferedReader | BufferedRandom, ending: str) -> tuple[int, by
     return start, file.read()
 
 
-def _is_zemax(head: bytes, ending: str) -> bool:
-    return ending == ".bsdf" and not head.startswith(b"tensor")
+def _begins_with_comments(head: bytes, ending: str) -> bool:
+    """Whether a table of text has lines for comments before the values: nacre's own, and Zemax."""
+    return head.startswith(b"#") and ending in (".csv", ".bsdf")
 
 
 def _place(file: BufferedRandom, ending: str) -> _Place | None:
     """Where to put a mark into a file without one; None if it is not what its ending says."""
-    start, region = _region(file, ending)
-    size, head = file.seek(0, 2), b""
+    _, region = _region(file, ending)
+    size = file.seek(0, 2)
     file.seek(0)
     head = file.read(32)
 
@@ -149,7 +151,7 @@ def _place(file: BufferedRandom, ending: str) -> _Place | None:
 
     if ending == ".safetensors":
         return _in_header(region)
-    if start == 0 and head.startswith(b"#") and (ending == ".csv" or _is_zemax(head, ending)):
+    if _begins_with_comments(head, ending):
         after = region.find(b"\n") + 1
         return _Place(after, after, lambda text: b"# written by: %b\n" % text) if after else None
     if ending == ".png" and head.startswith(b"\x89PNG"):
@@ -173,8 +175,8 @@ def _place(file: BufferedRandom, ending: str) -> _Place | None:
     if ending == ".json" and re.match(rb'\{\s*"', head):
         tail = re.search(rb"\s*\}\s*\Z", region)
         return at_end(tail[0], lambda t: b',\n "written_by": "%b"\n}\n' % t) if tail else None
-    if ending == ".brdf" and not head.startswith(b"analytic"):  # the others are measurements
-        return None
+    if not head.startswith({".brdf": b"analytic", ".bsdf": b"tensor_file"}.get(ending, b"")):
+        return None  # measurements in other formats with these endings
     return at_end(b"", lambda text: _LINE[ending] % text) if ending in _LINE and size else None
 
 
@@ -198,7 +200,12 @@ def _in_header(header: bytes) -> _Place | None:
 def _png_chunk(text: bytes) -> bytes:
     content = _CHUNK + text
     length = (len(content) - 4).to_bytes(4, "big")
-    return length + content + zlib.crc32(content).to_bytes(4, "big")
+    return length + content + _checksum(content)
+
+
+def _checksum(content: bytes) -> bytes:
+    """What follows the name and content of a chunk of a PNG."""
+    return zlib.crc32(content).to_bytes(4, "big")
 
 
 def _chunk(name: bytes, text: bytes, align: int, *, size_first: bool = False) -> bytes:

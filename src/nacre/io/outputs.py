@@ -91,7 +91,7 @@ def _problem(path: Path, status: os.stat_result) -> str:
     if mark is None and can_be_marked(path):
         return "exists and was not written by nacre"
     if mark is None:
-        return "exists, and such files do not tell who wrote them"
+        return f"exists, and {path.suffix} files do not say who wrote them"
     if not mark.whole:
         return "exists and was changed since nacre wrote it"
     if _policy.command and mark.command != _policy.command:
