@@ -96,9 +96,12 @@ def missing(path: PathLike, names: Iterable[str] = ()) -> FormatError:
     with suppress(OSError), os.scandir(path.parent) as entries:
         found = [entry.name for entry in entries if not entry.name.startswith(".")]
     alike = [name for name in found if Path(name).stem == path.stem]
-    known = [*names, *(str(path.with_name(name)) for name in sorted(alike or found))]
-    hint = did_you_mean(str(path), known, similarity=0.2 if alike else 0.7)
-    return FormatError(f"{path}: no such file{hint}")
+    spelled = [*names, *(str(path.with_name(name)) for name in sorted(found))]
+    same_stem = [str(path.with_name(name)) for name in sorted(alike)]
+    for similarity, known in ((0.9, spelled), (0.2, same_stem), (0.7, spelled)):
+        if hint := did_you_mean(str(path), known, similarity=similarity):
+            return FormatError(f"{path}: no such file{hint}")
+    return FormatError(f"{path}: no such file")
 
 
 @contextmanager
