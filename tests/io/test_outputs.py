@@ -71,7 +71,7 @@ def test_a_copied_or_moved_file_is_known(tmp_path: Path):
 
 def test_what_was_changed_since_is_no_longer_ours(tmp_path: Path):
     path = tmp_path / "codes.json"
-    write(path, '{"a": 1}')
+    write(path, '{\n "a": 1\n}\n')
     path.write_text(path.read_text().replace("1", "2", 1))
     refused(path, "was changed since nacre wrote it")
 

@@ -22,15 +22,9 @@ _MARK = re.compile(rb"(nacre(?: [a-z][a-z-]*)*) ([0-9a-f]{%d})" % _DIGITS)
 _REGION = 1 << 10  # bytes at an end of a file in which a mark stands
 _HEADER = 1 << 24  # bytes of a safetensors header
 _CHUNK = b"tEXtSoftware\0"  # of a PNG
-_LINES = {
-    b"// %b\n": ".h .glsl .slang .wgsl .osl .mdl .js",
-    b"# %b\n": ".py .usda .brdf",
-    b"<!-- %b -->\n": ".html .svg .xml .mtlx .md",
-    b"%%%b\n": ".pdf",
-    b"%b\n": ".exr .h5 .hdf5 .ktx2 .txt .bsdf",
-}
-"""Lines with a mark that readers pass over behind the end, each with the endings of files."""
-_LINE = {ending: line for line, endings in _LINES.items() for ending in endings.split()}
+_CODE = ".h", ".glsl", ".slang", ".wgsl", ".osl", ".mdl", ".js"
+_PAGES = ".html", ".svg", ".xml", ".mtlx", ".md"
+_END = b"\0\0\0\0IEND\xaeB`\x82"
 
 
 class Mark(NamedTuple):
@@ -49,9 +43,80 @@ class _Place:
     start: int
     stop: int
     content: Callable[[bytes], bytes]
-    sized: int | None = None
-    """Where a file has its own size less `size_from`, as 32 bits."""
-    size_from: int = 0
+    sized: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True)
+class _Form:
+    """How files of a format take a mark at their end."""
+
+    content: Callable[[bytes], bytes]
+    begins: bytes = b""
+    """What files of the format begin with, where other formats have the ending too."""
+    ends: bytes = b""
+    """What they end with, which is part of the content."""
+    sized: tuple[int, int] | None = None
+    """Place of a file's own size, as 32 bits, and what that leaves out."""
+
+
+def _png(text: bytes) -> bytes:
+    content = _CHUNK + text
+    length = (len(content) - 4).to_bytes(4, "big")
+    return length + content + _checksum(content) + _END
+
+
+def _checksum(content: bytes) -> bytes:
+    """What follows the name and content of a chunk of a PNG."""
+    return zlib.crc32(content).to_bytes(4, "big")
+
+
+def _jpeg(text: bytes) -> bytes:
+    return b"\xff\xfe%b%b\xff\xd9" % ((len(text) + 2).to_bytes(2, "big"), text)
+
+
+def _webp(text: bytes) -> bytes:
+    return b"NACR%b%b%b" % (len(text).to_bytes(4, "little"), text, b"\0" * (len(text) % 2))
+
+
+def _glb(text: bytes) -> bytes:
+    padded = text + b" " * (-len(text) % 4)
+    return len(padded).to_bytes(4, "little") + b"NACR" + padded
+
+
+def _zip(text: bytes) -> bytes:
+    return len(text).to_bytes(2, "little") + text
+
+
+def _onnx(text: bytes) -> bytes:
+    """An entry of a model's `metadata_props`, which protocol buffers take at the end."""
+    key = b"written_by"
+    entry = b"\x0a%c%b\x12%c%b" % (len(key), key, len(text), text)
+    return b"\x72%c%b" % (len(entry), entry)
+
+
+def _line(form: bytes, begins: bytes = b"") -> _Form:
+    """A line that readers pass over behind the end."""
+    return _Form(lambda text: form % text, begins)
+
+
+_FORMS = {
+    ".png": _Form(_png, b"\x89PNG", _END),
+    ".jpg": _Form(_jpeg, b"\xff\xd8", b"\xff\xd9"),
+    ".gif": _Form(lambda text: b"!\xfe%c%b\0;" % (len(text), text), b"GIF", b";"),
+    ".webp": _Form(_webp, b"RIFF", sized=(4, 8)),
+    ".glb": _Form(_glb, b"glTF", sized=(8, 0)),
+    ".npz": _Form(_zip, b"PK", b"\0\0"),
+    ".json": _Form(lambda text: b',\n "written_by": "%b"\n}\n' % text, b"{", b"\n}\n"),
+    ".onnx": _Form(_onnx),
+    ".pdf": _line(b"%%%b\n", b"%PDF"),
+    ".brdf": _line(b"# %b\n", b"analytic"),
+    ".bsdf": _line(b"%b\n", b"tensor_file"),
+    **{ending: _line(b"// %b\n") for ending in _CODE},
+    **{ending: _line(b"<!-- %b -->\n") for ending in _PAGES},
+    **{ending: _line(b"# %b\n") for ending in (".py", ".usda")},
+    **{ending: _line(b"%b\n") for ending in (".exr", ".h5", ".hdf5", ".ktx2", ".txt")},
+}
+_FORMS |= {".jpeg": _FORMS[".jpg"], ".zip": _FORMS[".npz"]}
 
 
 def can_be_marked(path: Path) -> bool:
@@ -59,8 +124,7 @@ def can_be_marked(path: Path) -> bool:
 
     Measured tables whose size follows from their header have none.
     """
-    endings = ".safetensors .png .jpg .jpeg .gif .webp .npz .zip .json .glb .onnx .csv"
-    return path.suffix.lower() in {*_LINE, *endings.split()}
+    return path.suffix.lower() in {*_FORMS, ".safetensors", ".csv"}
 
 
 def add_mark(path: Path, command: str) -> None:
@@ -77,8 +141,8 @@ def add_mark(path: Path, command: str) -> None:
         file.write(place.content(blank) + rest)
         file.truncate()
         if place.sized is not None:
-            size = file.tell() - place.size_from
-            file.seek(place.sized)
+            size = file.tell() - place.sized[1]
+            file.seek(place.sized[0])
             file.write(size.to_bytes(4, "little"))
         digest = _digest(file, (0, b""))
         file.seek(place.start)
@@ -143,41 +207,16 @@ def _place(file: BufferedRandom, ending: str) -> _Place | None:
     _, region = _region(file, ending)
     size = file.seek(0, 2)
     file.seek(0)
-    head = file.read(32)
-
-    def at_end(tail: bytes, content: Callable[[bytes], bytes], *sized: int) -> _Place | None:
-        fits = region.endswith(tail)
-        return _Place(size - len(tail), size, content, *sized) if fits else None
-
+    head = file.read(16)
     if ending == ".safetensors":
         return _in_header(region)
     if _begins_with_comments(head, ending):
         after = region.find(b"\n") + 1
         return _Place(after, after, lambda text: b"# written by: %b\n" % text) if after else None
-    if ending == ".png" and head.startswith(b"\x89PNG"):
-        end = b"\0\0\0\0IEND\xaeB`\x82"
-        return at_end(end, lambda text: _png_chunk(text) + end)
-    if ending in (".jpg", ".jpeg") and head.startswith(b"\xff\xd8"):
-        return at_end(
-            b"\xff\xd9",
-            lambda t: b"\xff\xfe%b%b\xff\xd9" % ((len(t) + 2).to_bytes(2, "big"), t),
-        )
-    if ending == ".gif" and head.startswith(b"GIF"):
-        return at_end(b";", lambda text: b"!\xfe%c%b\0;" % (len(text), text))
-    if ending == ".webp" and head[8:16] == b"WEBPVP8X":
-        return at_end(b"", lambda text: _chunk(b"NACR", text, 2), 4, 8)
-    if ending == ".glb" and head.startswith(b"glTF"):
-        return at_end(b"", lambda text: _chunk(b"NACR", text, 4, size_first=True), 8)
-    if ending in (".npz", ".zip") and region[-22:-18] == b"PK\5\6":
-        return at_end(b"\0\0", lambda text: len(text).to_bytes(2, "little") + text)
-    if ending == ".onnx":
-        return at_end(b"", _onnx_property)
-    if ending == ".json" and re.match(rb'\{\s*"', head):
-        tail = re.search(rb"\s*\}\s*\Z", region)
-        return at_end(tail[0], lambda t: b',\n "written_by": "%b"\n}\n' % t) if tail else None
-    if not head.startswith({".brdf": b"analytic", ".bsdf": b"tensor_file"}.get(ending, b"")):
-        return None  # measurements in other formats with these endings
-    return at_end(b"", lambda text: _LINE[ending] % text) if ending in _LINE and size else None
+    form = _FORMS.get(ending)
+    if form is None or not head.startswith(form.begins) or not region.endswith(form.ends):
+        return None
+    return _Place(size - len(form.ends), size, form.content, form.sized) if size else None
 
 
 def _in_header(header: bytes) -> _Place | None:
@@ -195,31 +234,3 @@ def _in_header(header: bytes) -> _Place | None:
         return len(made).to_bytes(8, "little") + made
 
     return _Place(0, len(header), content)
-
-
-def _png_chunk(text: bytes) -> bytes:
-    content = _CHUNK + text
-    length = (len(content) - 4).to_bytes(4, "big")
-    return length + content + _checksum(content)
-
-
-def _checksum(content: bytes) -> bytes:
-    """What follows the name and content of a chunk of a PNG."""
-    return zlib.crc32(content).to_bytes(4, "big")
-
-
-def _chunk(name: bytes, text: bytes, align: int, *, size_first: bool = False) -> bytes:
-    """A chunk as in a RIFF file; in glTF's, the size counts the padding and comes first."""
-    padded = text + b" " * (-len(text) % align)
-    return (
-        len(padded).to_bytes(4, "little") + name + padded
-        if size_first
-        else name + len(text).to_bytes(4, "little") + padded
-    )
-
-
-def _onnx_property(text: bytes) -> bytes:
-    """An entry of an ONNX model's `metadata_props`, which protocol buffers take at the end."""
-    key = b"written_by"
-    entry = b"\x0a%c%b\x12%c%b" % (len(key), key, len(text), text)
-    return b"\x72%c%b" % (len(entry), entry)
