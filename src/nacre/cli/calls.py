@@ -6,7 +6,7 @@ import os
 import re
 import shlex
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import click
@@ -14,6 +14,7 @@ import click
 from nacre.cli.options import Input, Output
 from nacre.errors import NacreError, did_you_mean
 from nacre.io.files import missing
+from nacre.io.marks import read_mark
 
 
 @contextmanager
@@ -40,7 +41,7 @@ def check_inputs(command: click.Command, ctx: click.Context, call: Sequence[str]
     """Raise if a file or folder to read is not there.
 
     A name that was meant for an output is told with the line to type, also where there is a file
-    already that holds no material.
+    already: one that the same command wrote, or that holds no material.
 
     Raises
     ------
@@ -61,7 +62,7 @@ def check_inputs(command: click.Command, ctx: click.Context, call: Sequence[str]
             if isinstance(parameter, click.Argument) and len(paths) > 1:
                 word = f"{path}/" if f"{path}/" in call else str(path)
                 option = _output_for(command, call, word)
-                if option is not None and (absent or _holds_nothing(path)):
+                if option is not None and (absent or _is_no_input(path, ctx.command_path)):
                     raise NacreError(_line(ctx, call, word, option))
             if absent:
                 raise missing(path, parameter.type.others())
@@ -142,8 +143,13 @@ def _is_absent(path: Path) -> bool:
     return False
 
 
-def _holds_nothing(path: Path) -> bool:
-    """Whether a file holds nothing that nacre reads."""
+def _is_no_input(path: Path, command: str) -> bool:
+    """Whether a file is what the same command wrote before, or holds nothing that nacre reads."""
     from nacre.formats import describe_kind
 
-    return path.is_file() and not describe_kind(path)
+    if not path.is_file():
+        return False
+    mark = None
+    with suppress(OSError):
+        mark = read_mark(path)
+    return (mark is not None and mark.command == command) or not describe_kind(path)

@@ -124,7 +124,7 @@ def can_be_marked(path: Path) -> bool:
 
     Measured tables whose size follows from their header have none.
     """
-    return path.suffix.lower() in {*_FORMS, ".safetensors", ".csv"}
+    return path.suffix.lower() in {*_FORMS, ".safetensors"}
 
 
 def add_mark(path: Path, command: str) -> None:
