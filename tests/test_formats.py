@@ -78,7 +78,7 @@ def test_content_decides_where_the_ending_says_nothing(tmp_path, name):
         (b"", "is empty"),
         (b"\x00", "holds only zeros"),
         (b"hello, this is a text file and no material at all", "no known format|something else"),
-        (None, "No such file"),
+        (None, "no such file"),
     ],
 )
 def test_files_of_no_format_are_refused_in_one_line(tmp_path, ending, content, words):

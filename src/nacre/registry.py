@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from importlib import metadata
 from typing import Any, Generic, TypeVar
 
-from nacre.errors import DISTRIBUTION, NacreError, reason
+from nacre.errors import DISTRIBUTION, NacreError, did_you_mean, reason
 
 _Member = TypeVar("_Member")
 
@@ -92,10 +92,11 @@ class Registry(Mapping[str, _Member], Generic[_Member]):
     def find(self, name: str) -> _Member:
         """The member of a name that a user gave.
 
-        Raises NacreError if there is none, listing the known ones, and as for an item.
+        Raises NacreError if there is none, with similar names, else all; and as for an item.
         """
         if name not in self:
-            raise NacreError(f"{name!r} is no known {self.what} (known: {', '.join(self)})")
+            hint = did_you_mean(name, self, f"known: {', '.join(self)}")
+            raise NacreError(f"{name!r} is no known {self.what}{hint}")
         return self[name]
 
     def _installed(self) -> dict[str, metadata.EntryPoint]:

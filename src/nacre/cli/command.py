@@ -52,11 +52,18 @@ def _help_alone() -> None:
 
 
 class Command(click.Command):
-    """A command with the shared options, --force if it writes and --json if it reports."""
+    """A command with the shared options, --force if it writes, --json if it reports, and --dry-run
+    if it can tell its plans.
+    """
 
-    def __init__(self, *, writes: bool = False, reports: bool = False, **settings: Any) -> None:
+    def __init__(
+        self, *, writes: bool = False, reports: bool = False, plans: bool = False, **settings: Any
+    ) -> None:
         super().__init__(**settings)
         self._works = writes or reports
+        if plans:
+            text = "Say what would be read and written, and how much work it is; write nothing."
+            self.params.append(_flag("dry_run", "--dry-run", about=text))
         if reports:
             text = "Print the results as JSON, with units in the keys."
             self.params.append(_flag("as_json", "--json", about=text))
@@ -67,6 +74,17 @@ class Command(click.Command):
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         write(formatter, options_of(self, ctx))
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """See click; what is wrong with the call is told with the line to type."""
+        from nacre.cli.calls import check_inputs, explained
+
+        call = list(args)
+        with explained(self, ctx, call):
+            rest = super().parse_args(ctx, args)
+        if not ctx.resilient_parsing:
+            check_inputs(self, ctx, call)
+        return rest
 
     def invoke(self, ctx: click.Context) -> Any:
         """See click; shows progress while the command runs."""
@@ -199,7 +217,11 @@ class Group(click.Group):
 
 
 def command(
-    name: str, *rows: click.Parameter | str, writes: bool = True, reports: bool = True
+    name: str,
+    *rows: click.Parameter | str,
+    writes: bool = True,
+    reports: bool = True,
+    plans: bool = False,
 ) -> Callable[[Callable[..., Any]], Command]:
     """Make a function a :class:`Command`.
 
@@ -213,4 +235,5 @@ def command(
         else:
             assert isinstance(parameters[-1], click.Option)
             parameters[-1].help = row
-    return click.command(name, Command, params=parameters, writes=writes, reports=reports)
+    kinds = {"writes": writes, "reports": reports, "plans": plans}
+    return click.command(name, Command, params=parameters, **kinds)

@@ -22,6 +22,7 @@ class Session:
     verbose: bool = False
     force: bool = False
     as_json: bool = False
+    dry_run: bool = False
     display: Display | None = None
     piped: Path | None = None
     """File to copy to standard output at the end."""
