@@ -11,6 +11,7 @@ from nacre.analytic import AnalyticBrdf
 from nacre.brdf import Brdf
 from nacre.errors import NacreError, printable
 from nacre.io.files import PathLike
+from nacre.io.outputs import check_replaceable
 from nacre.metrics import compare
 from nacre.metrics.comparison import Comparison
 from nacre.neural import NeuralBrdf
@@ -140,8 +141,13 @@ def export_to_place(
         raise NacreError(f"{place}: {'; '.join(problems)}")
     found.sort(key=lambda candidate: candidate.flip)
     best = found[0]
-    readme = {f"{identified}-readme.txt": _readme(material, best, identified).encode()}
-    return found, write_files({**best.files, **readme}, f"{output or '.'}/")
+    folder = f"{output or '.'}/"
+    readme = Path(folder) / f"{identified}-readme.txt"
+    check_replaceable(readme)
+    paths = write_files(best.files, folder)
+    size = sum(path.stat().st_size for path in paths)
+    text = _readme(material, best, identified, size)
+    return found, [*paths, *write_files({readme.name: text.encode()}, folder)]
 
 
 def _candidate(
@@ -157,7 +163,7 @@ def _candidate(
     return Candidate(representation, held, files, compare(material, held))
 
 
-def _readme(material: Brdf, candidate: Candidate, name: str) -> str:
+def _readme(material: Brdf, candidate: Candidate, name: str, size: int) -> str:
     lights = [
         f"{light.light}: FLIP {light.errors.flip:.3f}, PSNR {light.errors.psnr:.1f} dB"
         for light in candidate.comparison.lights
@@ -169,5 +175,5 @@ def _readme(material: Brdf, candidate: Candidate, name: str) -> str:
         f"{candidate.representation.opening.format(name=name)}\n"
         f"Error of this {candidate.representation.title} (spheres, nacre compare): "
         f"{'; '.join(lights)}.\n"
-        f"{candidate.nbytes:,} bytes, written by nacre export {of}{terms}.\n"
+        f"{size:,} bytes, written by nacre export {of}{terms}.\n"
     )
