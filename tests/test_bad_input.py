@@ -139,7 +139,7 @@ def test_what_is_no_file_is_refused(case: Target) -> None:
     case.path.write_bytes(b"")
     refused(case, case.path, "is empty")
     case.path.unlink()
-    refused(case, case.path, "cannot be read", "expected a name like", "not an NBRDF network")
+    refused(case, case.path, "no such file", "expected a name like", "not an NBRDF network")
 
 
 def test_a_file_that_may_not_be_read_is_refused(

@@ -41,7 +41,11 @@ def test_a_file_of_somebody_else_stays(tmp_path: Path):
 def test_a_measured_table_cannot_say_who_wrote_it(tmp_path: Path):
     path = tmp_path / "satin.binary"
     write(path, "by nacre")
-    assert path.read_text() == "by nacre"
+    write(path, "by the same program")
+    assert path.read_text() == "by the same program"
+    with written_by("nacre convert"):
+        refused(path, ".binary files do not say who wrote them")
+    path.write_text("measured for days")
     refused(path, ".binary files do not say who wrote them")
 
 

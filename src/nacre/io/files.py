@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 
 from nacre.errors import FormatError, did_you_mean
 from nacre.io.format import HEAD
-from nacre.io.outputs import check_replaceable, mark_output
+from nacre.io.outputs import check_replaceable, mark_output, remember_output
 
 PathLike: TypeAlias = str | os.PathLike[str]
 Identity: TypeAlias = tuple[int, int, int]
@@ -213,6 +213,8 @@ def atomic_path(path: PathLike, *, internal: bool = False) -> Iterator[Path]:
             temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
+    if not internal:
+        remember_output(path)
 
 
 def remove_file(path: PathLike) -> None:

@@ -1,7 +1,8 @@
 """Which files may be replaced: those that the same command wrote, and nobody changed since.
 
 Measurements cost days, so nothing else is replaced unless the user says so. What nacre wrote is
-known by the mark in it (:mod:`nacre.io.marks`), wherever it was copied or moved.
+known by the mark in it (:mod:`nacre.io.marks`), wherever it was copied or moved. A Python program
+may also replace what it wrote itself in formats without a place for a mark.
 """
 
 from __future__ import annotations
@@ -28,6 +29,9 @@ class _Policy:
 
 
 _policy = _Policy()
+
+_written: dict[Path, tuple[int, int]] = {}
+"""Size and time of change of the files that this process wrote and that no mark tells of."""
 
 
 @contextmanager
@@ -75,6 +79,19 @@ def mark_output(path: Path) -> None:
     add_mark(path, _policy.command)
 
 
+def remember_output(path: Path) -> None:
+    """Note that this process wrote a file, if it has no mark: a program may write it again."""
+    with suppress(OSError):
+        if read_mark(path) is None:
+            status = path.lstat()
+            _written[_absolute(path)] = status.st_size, status.st_mtime_ns
+
+
+def _absolute(path: Path) -> Path:
+    """The path of a file whose folder has no links left, but which may be one itself."""
+    return path.parent.resolve() / path.name
+
+
 def _problem(path: Path, status: os.stat_result) -> str:
     """Why a file must not be replaced; empty where it may be."""
     if stat.S_ISLNK(status.st_mode):
@@ -85,6 +102,9 @@ def _problem(path: Path, status: os.stat_result) -> str:
         return "exists and is read-only"
     if hasattr(os, "geteuid") and status.st_uid != os.geteuid():
         return "exists and belongs to another user"
+    own = _written.get(_absolute(path)) == (status.st_size, status.st_mtime_ns)
+    if own and not _policy.command:
+        return ""
     mark = None
     with suppress(OSError):
         mark = read_mark(path)
