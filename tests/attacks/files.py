@@ -381,7 +381,7 @@ ATTACKS = {
     "code-name": Attack(
         "writes to the terminal by the name of a model",
         one("a.json", json.dumps({"model": "\x1b[2Jx\n", "parameters": {}}).encode()),
-        "is not one of",
+        "is no known analytic model",
     ),
     "list-outside": Attack(
         "lists a photograph outside of its folder",

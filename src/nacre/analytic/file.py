@@ -51,8 +51,9 @@ def save(brdf: AnalyticBrdf, path: Path) -> None:
 
 def load(path: Path) -> AnalyticBrdf:
     """Read an analytic material; FormatError if its model or version is not known."""
+    data = read_bytes(path, _LIMIT)
     try:
-        content = json.loads(read_bytes(path, _LIMIT).decode("utf-8"))
+        content = json.loads(data.decode("utf-8"))
     except (ValueError, RecursionError) as error:
         raise FormatError(f"{path}: is not whole JSON: {error}") from error
     model = _field(path, content, "model", str)

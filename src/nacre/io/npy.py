@@ -18,7 +18,7 @@ import numpy.lib.format as npy
 import numpy.typing as npt
 
 from nacre.errors import FormatError, reason
-from nacre.io.files import PathLike
+from nacre.io.files import PathLike, missing
 from nacre.io.mapped import MappedFile
 
 MAGIC = npy.MAGIC_PREFIX  # first bytes of every file
@@ -78,6 +78,8 @@ def archive_errors(path: PathLike) -> Iterator[None]:
         yield
     except FormatError:
         raise
+    except FileNotFoundError as error:
+        raise missing(path) from error
     except OSError as error:
         raise FormatError(f"{path}: cannot be read: {error.strerror or reason(error)}") from error
     except Exception as error:

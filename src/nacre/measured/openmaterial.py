@@ -79,8 +79,9 @@ def load(path: PathLike) -> ScatteredBrdf:
 
 
 def _read(path: PathLike) -> dict[str, Any]:
+    data = read_bytes(path, _SIZE_LIMIT)
     try:
-        content = json.loads(read_bytes(path, _SIZE_LIMIT).decode("utf-8-sig"))
+        content = json.loads(data.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         raise FormatError(f"{path}: is not UTF-8 text") from error
     except (ValueError, RecursionError) as error:
