@@ -39,7 +39,9 @@ def on_files(files: Files, config: Any) -> Files:
             files.append(File.generated(config, place, content=content))
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-W", "error::UserWarning", "-m", "pdoc", "-o", folder]
-        subprocess.run([*command, config.extra["api"]], check=True)
+        # Not as modules, which these two are for names of 0.2 only.
+        without = r"!nacre\.(render|export)$"
+        subprocess.run([*command, config.extra["api"], without], check=True)
         for path in sorted(Path(folder).rglob("*.*")):
             name = f"api/{path.relative_to(folder).as_posix()}"
             files.append(File.generated(config, name, content=path.read_bytes()))
@@ -50,7 +52,7 @@ def notebook_page(path: Path) -> tuple[str, dict[str, bytes]]:
     """A notebook with its outputs as Markdown, and its pictures by name."""
     resources = {"unique_key": path.stem, "output_files_dir": "pictures"}
     text, found = MarkdownExporter().from_filename(str(path), resources)
-    text = re.sub(r"!\[(png|jpeg)\]", "![What the cell shows]", strip_ansi(text))
+    text = re.sub(r"!\[(png|jpeg|svg)\]", "![What the cell shows]", strip_ansi(text))
     return text, found["outputs"]
 
 

@@ -74,7 +74,7 @@ def test_content_decides_where_the_ending_says_nothing(tmp_path, name):
     ("content", "words"),
     [
         (b"", "is empty"),
-        (b"\x00", "no known format|something else"),
+        (b"\x00", "holds only zeros"),
         (b"hello, this is a text file and no material at all", "no known format|something else"),
         (None, "No such file"),
     ],

@@ -25,9 +25,11 @@ TOP = {
     "btf.py",
     "color.py",
     "errors.py",
+    "export.py",
     "formats.py",
     "geometry.py",
     "registry.py",
+    "render.py",
 }
 """Interfaces, registries, and what every room speaks in: directions, colors, arrays, errors."""
 

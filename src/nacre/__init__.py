@@ -34,6 +34,7 @@ if TYPE_CHECKING:
         sampling,
         targets,
         textures,
+        verbs,
         workflows,
     )
     from nacre.brdf import Brdf, CosineSampler, Sampler
@@ -41,7 +42,8 @@ if TYPE_CHECKING:
     from nacre.errors import FormatError, MissingExtraError, NacreError
     from nacre.formats import load, save
     from nacre.included import materials
-    from nacre.neural import NeuralBrdf, Recipe, fit, fit_many
+    from nacre.neural import NeuralBrdf, Recipe, fit_many
+    from nacre.verbs import compare, convert, estimate, export, fit, info, plot, render, view
 
 __version__ = "0.2.0"
 
@@ -62,14 +64,19 @@ __all__ = [
     "brdf",
     "btf",
     "color",
+    "compare",
+    "convert",
     "download",
     "errors",
+    "estimate",
+    "export",
     "figures",
     "fit",
     "fit_many",
     "formats",
     "geometry",
     "included",
+    "info",
     "latent",
     "load",
     "materials",
@@ -77,11 +84,15 @@ __all__ = [
     "metrics",
     "mitsuba",
     "neural",
+    "plot",
     "registry",
+    "render",
     "sampling",
     "save",
     "targets",
     "textures",
+    "verbs",
+    "view",
     "workflows",
 ]
 
@@ -91,7 +102,8 @@ _ATTRIBUTES = {
     "errors": ["FormatError", "MissingExtraError", "NacreError"],
     "formats": ["load", "save"],
     "included": ["materials"],
-    "neural": ["NeuralBrdf", "Recipe", "fit", "fit_many"],
+    "neural": ["NeuralBrdf", "Recipe", "fit_many"],
+    "verbs": ["compare", "convert", "estimate", "fit", "info", "plot", "view"],
 }
 
 __getattr__, _, _ = lazy_loader.attach(
@@ -110,4 +122,5 @@ draw_by(_picture)
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    """The public names, and those that every module has."""
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})

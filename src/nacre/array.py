@@ -79,6 +79,14 @@ class Table:
         self.values = np.ascontiguousarray(values, dtype=np.float32)
         self._copies: dict[Any, Any] = {}
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Table) and np.array_equal(
+            self.values, other.values, equal_nan=True
+        )
+
+    def __hash__(self) -> int:
+        return hash(self.values.shape)
+
     def flat(self, key: Any, make: Callable[[npt.NDArray[np.float32]], Any]) -> Any:
         """The flattened values as another library's array, made once per `key`."""
         if key not in self._copies:

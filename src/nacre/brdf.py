@@ -28,7 +28,9 @@ from nacre.array import (
 from nacre.compile.pairs import check_unit, checked, compiled, in_chunks
 from nacre.errors import NacreError
 from nacre.geometry import broadcast_shape, cosine_hemisphere, join, split
+from nacre.numerics.albedo import directional_albedo
 from nacre.numerics.direction_samples import Scattered
+from nacre.numerics.exchange import any_library, numbers
 from nacre.objects.described import Described, readable_size
 from nacre.objects.frozen import Frozen
 
@@ -206,6 +208,7 @@ class Brdf(Described):
         isotropy = "isotropic" if self.isotropic else "anisotropic"
         return isotropy if self.nbytes is None else f"{isotropy}, {readable_size(self.nbytes)}"
 
+    @any_library(on_device=True)
     def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Colors:
         """f_r in 1/sr, linear RGB, without the cosine.
 
@@ -217,13 +220,14 @@ class Brdf(Described):
         wi, wo
             Unit directions to the light and to the viewer, shapes (..., 3) that broadcast. Where
             one is a PyTorch tensor or a JAX array, so is the result, on the same device and with
-            gradients; lengths are checked on the CPU only, and not in traces.
+            gradients; lengths are checked on the CPU only, and not in traces. Arrays of other
+            libraries (`__dlpack__`) are evaluated by NumPy or PyTorch and come back as theirs.
 
         Returns
         -------
         array of shape (..., 3)
             Non-negative; 0 where either direction is at or below the horizon. float64 if an input
-            is, else float32.
+            is an array of float64, else float32: numbers in lists count as float32.
 
         Raises
         ------
@@ -271,6 +275,7 @@ class Brdf(Described):
         a, b = (tuple(map(xp.where, [visible] * 3, w, up)) for w in (light, view))
         return join(above_horizon(self.eval_components(a, b), light, view))
 
+    @any_library()
     def eval_spectral(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Spectra:
         """f_r in 1/sr at each of :attr:`wavelengths`, without the cosine, shape (..., bands).
 
@@ -290,6 +295,7 @@ class Brdf(Described):
         bands = () if self.wavelengths is None else self.wavelengths.shape
         return in_chunks(values, wi, wo, bands)
 
+    @any_library()
     def valid(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Mask:
         """Whether f_r is known, of shape (...): False below the horizon and where a measurement
         holds no valid sample. Raises ValueError as :meth:`eval` does.
@@ -304,7 +310,15 @@ class Brdf(Described):
 
         return in_chunks(values, wi, wo, (), np.bool_)
 
-    def sample(self, wo: npt.ArrayLike, u: npt.ArrayLike) -> tuple[Vectors, Scalars]:
+    @any_library()
+    def sample(
+        self,
+        wo: npt.ArrayLike,
+        u: npt.ArrayLike | None = None,
+        *,
+        n: int | None = None,
+        rng: np.random.Generator | int | None = None,
+    ) -> tuple[Vectors, Scalars]:
         """Directions to the light drawn for given directions to the viewer, and their densities.
 
         Parameters
@@ -312,19 +326,33 @@ class Brdf(Described):
         wo
             Unit directions, shape (..., 3).
         u
-            Uniform numbers in [0, 1), shape (..., 3).
+            Uniform numbers in [0, 1), shape (..., 3); drawn where None.
+        n
+            How many directions to draw for each `wo`, along a new first axis; one, without such an
+            axis, where None.
+        rng
+            Draws `u`: a generator, or a seed; other numbers each time where None.
 
         Returns
         -------
         wi, pdf
-            Unit directions, shape (..., 3), and densities in 1/sr, shape (...): 0 where `wi` or
-            `wo` is at or below the horizon.
+            Unit directions, shape (..., 3), or (n, ..., 3), and densities in 1/sr, shape (...): 0
+            where `wi` or `wo` is at or below the horizon.
 
         Raises
         ------
         ValueError
             If a direction is not of unit length, or a number of `u` is not in [0, 1).
+        TypeError
+            If `u` is given together with `n` or `rng`.
         """
+        if u is None:
+            wo = numbers(wo)
+            shape = wo.shape if n is None else (n, *wo.shape)
+            dtype = np.float64 if wo.dtype == np.float64 else np.float32
+            u = np.random.default_rng(rng).random(shape, dtype)
+        elif n is not None or rng is not None:
+            raise TypeError("sample() takes the numbers u, or n and rng to draw them; not both")
         found = compiled(self.sampler, sample_formula, wo=wo, u=u)
         if found is not None:
             return found[0], found[1]
@@ -333,6 +361,7 @@ class Brdf(Described):
         directions = join(wi).astype(wo.dtype, copy=False)
         return directions, np.where(_visible(directions, wo), pdf, 0.0).astype(wo.dtype)
 
+    @any_library()
     def pdf(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Scalars:
         """Density in 1/sr with which :meth:`sample` draws `wi` for `wo`, shape (...).
 
@@ -348,6 +377,18 @@ class Brdf(Described):
             return np.where(_visible(wi, wo), density, 0.0)
 
         return in_chunks(values, wi, wo, ())
+
+    @any_library()
+    def albedo(self, wo: npt.ArrayLike = (0.0, 0.0, 1.0)) -> Colors:
+        """Directional albedo: the part of the light that is reflected, for a reciprocal material.
+
+        The integral of f_r cos(theta_i) over all `wi`, linear RGB without a unit, shape (..., 3),
+        for unit `wo` of that shape; along the normal by default. It is taken at fixed points;
+        :func:`nacre.metrics.albedo` estimates its error too. What is not known counts as 0.
+
+        Raises ValueError if a direction is not of unit length.
+        """
+        return directional_albedo(self, wo)
 
 
 def above_horizon(rgb: Components, wi: Components, wo: Components) -> Components:

@@ -19,6 +19,10 @@ class NacreError(Exception):
         super().__init__(printable(message))
 
 
+CUT_SHORT = "the file is cut short or damaged; copy or download it again"
+"""What to say of a file that ends too early."""
+
+
 def printable(text: str) -> str:
     """One line without control characters, whatever a file or its name holds."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)

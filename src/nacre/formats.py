@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
@@ -14,8 +14,10 @@ from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.errors import FormatError
 from nacre.included import resolve
+from nacre.io.disguise import disguise, missing, zeros
 from nacre.io.files import PathLike, first_bytes, read_head
 from nacre.io.format import Format, Kind
+from nacre.io.packed import inner_names, is_packed, unpacked
 from nacre.io.source import Source
 from nacre.io.tensors import header_key
 from nacre.registry import Registry
@@ -78,14 +80,44 @@ def identify(path: PathLike) -> Format:
     comes with nacre.
 
     The first bytes decide; the file name decides only between formats that both recognize them, and
-    for formats that start with nothing to recognize. Raises FormatError if there is nothing, or
-    nothing of a known format.
+    for formats that start with nothing to recognize. A packed file has the format of what is in it
+    (:mod:`nacre.io.packed`). Raises FormatError if there is nothing, or nothing of a known format;
+    a file that is no data is named (:mod:`nacre.io.disguise`).
     """
     return _identify(resolve(path), {})
 
 
 def _identify(path: Path, options: dict[str, Any]) -> Format:
-    return _of_folder(path, options) if path.is_dir() else _of_file(path)
+    if path.is_dir():
+        return _of_folder(path, options)
+    with _content(path) as (file, head):
+        return _of_file(file, head)
+
+
+@contextmanager
+def _content(path: Path) -> Iterator[tuple[Path, bytes]]:
+    """A file, or the one in a packed file, and its first bytes."""
+    if problem := missing(path):
+        raise FormatError(f"{path}: {problem}")
+    head = read_head(path)
+    if is_packed(path, head) and not _has_its_length(path, formats()):
+        with unpacked(path, _all_endings, _is_material) as file:
+            yield file, read_head(file)
+    else:
+        yield path, head
+
+
+def _all_endings() -> set[str]:
+    return {ending for entry in formats() for ending in entry.extensions}
+
+
+def _is_material(path: Path) -> bool:
+    """Whether one file among others holds a material; does not raise."""
+    with suppress(FormatError):
+        entry = _of_file(path, read_head(path))
+        alone = entry.claims_folder is None  # a list of photographs needs these
+        return alone and (entry.claims is None or entry.claims(path))
+    return False
 
 
 def _of_folder(path: Path, options: dict[str, Any]) -> Format:
@@ -103,8 +135,10 @@ def _of_folder(path: Path, options: dict[str, Any]) -> Format:
     )
 
 
-def _of_file(path: Path) -> Format:
-    head, suffix, entries = read_head(path), path.suffix.lower(), formats()
+def _of_file(path: Path, head: bytes) -> Format:
+    suffix, entries = path.suffix.lower(), formats()
+    if problem := _disguise(path, head, entries):
+        raise FormatError(f"{path}: {problem}")
     known = [entry for entry in entries if entry.recognize and entry.recognize(head)]
     if {entry.kind for entry in known} == {"brdf", "btf"}:
         claimed = [e for e in known if e.kind == "btf" and (e.claims is None or e.claims(path))]
@@ -116,6 +150,20 @@ def _of_file(path: Path) -> Format:
             raise FormatError(f"{path}: holds no material: it is {other}")
         raise FormatError(f"{path}: content is of no known format (known: {_endings(entries)})")
     return next((entry for entry in known if suffix in entry.extensions), known[0])
+
+
+def _disguise(path: Path, head: bytes, entries: Iterable[Format]) -> str:
+    """What a file is instead of data, and what to do; empty for any other."""
+    if _has_its_length(path, entries):
+        return ""
+    return disguise(head, path) or ("" if any(head) else zeros(path))
+
+
+def _has_its_length(path: Path, entries: Iterable[Format]) -> bool:
+    """Whether a file of a format that begins with anything is claimed by it."""
+    suffix = path.suffix.lower()
+    fixed = (e.claims for e in entries if e.recognize is None and suffix in e.extensions)
+    return any(claims is not None and claims(path) for claims in fixed)
 
 
 def _other(head: bytes) -> str:
@@ -150,10 +198,21 @@ def is_measured(path: PathLike) -> bool:
     """Whether a file in a folder is taken for a measured material, by its ending or its content.
 
     That is so if its ending belongs to a format for measurements, neither a neural nor an analytic
-    one. Where other files have the ending too, as images do, its content must be of the format;
-    else damaged files count as well.
+    one. Where other files have the ending too, as images do, its content must be of the format
+    or stand in its place, as a pointer does; else damaged files count as well. For a packed file,
+    the ending and the content are those of what is in it.
     """
-    return any(entry.claims is None or entry.claims(Path(path)) for entry in _of_ending(path))
+    entries = _of_ending(path)
+    if not entries:
+        return False
+    if any(entry.claims is None for entry in entries):
+        return True
+    try:
+        with _content(Path(path)) as (file, head):
+            claimed = any(entry.claims is not None and entry.claims(file) for entry in entries)
+            return claimed or bool(disguise(head, file))
+    except FormatError:
+        return True
 
 
 def has_measured_ending(path: PathLike) -> bool:
@@ -162,8 +221,8 @@ def has_measured_ending(path: PathLike) -> bool:
 
 
 def _of_ending(path: PathLike) -> list[Format]:
-    suffix = Path(path).suffix.lower()
-    return [e for e in formats("brdf") if suffix in e.extensions and e.measured]
+    suffixes = {Path(name).suffix.lower() for name in inner_names(path)}
+    return [e for e in formats("brdf") if suffixes & {*e.extensions} and e.measured]
 
 
 def load(path: PathLike, material: str | None = None, **options: Any) -> Brdf | Btf:
@@ -209,8 +268,19 @@ def _load(path: PathLike, kind: Kind | None, material: str | None, given: dict[s
     """What is in a file, which must be of a kind unless that is None."""
     path = resolve(path)
     options = {name: value for name, value in given.items() if value is not None}
-    entry = _identify(path, options)
-    load, source = entry.load, Source(path)
+    source = Source(path)
+    if path.is_dir():
+        loaded = _read(path, _of_folder(path, options), kind, material, options)
+        return loaded.replaced(name=loaded.name or path.stem, source=source)
+    with _content(path) as (file, head):
+        loaded = _read(file, _of_file(file, head), kind, material, options)
+        return loaded.replaced(name=loaded.name or file.stem, source=source)
+
+
+def _read(
+    path: Path, entry: Format, kind: Kind | None, material: str | None, options: dict[str, Any]
+) -> Brdf | Btf:
+    load = entry.load
     if kind == "btf" and entry.kind == "brdf":
         problem = f"is one material ({entry.name}), not a texture (BTF)"
         raise FormatError(f"{path}: {problem}; nacre btf tile makes a texture from it")
@@ -222,8 +292,8 @@ def _load(path: PathLike, kind: Kind | None, material: str | None, given: dict[s
     _check_options(path, entry, load, options)
     if material is not None and not entry.several:
         raise FormatError(f"{path}: holds one material; leave out the name {material!r}")
-    loaded = load(path, *([material] if entry.several else []), **options)
-    return loaded.replaced(name=loaded.name or path.stem, source=source)
+    loaded: Brdf | Btf = load(path, *([material] if entry.several else []), **options)
+    return loaded
 
 
 def _check_options(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import lzma
 import struct
 import zipfile
 import zlib
@@ -13,6 +14,7 @@ from functools import cache
 import numpy as np
 import numpy.lib.format as npy
 
+from tests.packing import zipped
 from tests.specimens import SPECIMENS
 from tests.specimens.images import png_bytes
 from tests.specimens.networks import safetensors_bytes
@@ -55,9 +57,9 @@ def bomb(method: int) -> bytes:
     return npz_bytes(claimed_npy((90, 90, 180, 3)) + bytes(ZEROS), method=method)
 
 
-def lying_zip() -> bytes:
-    """Its list says that an array is small, its stream goes on without end."""
-    data = bytearray(bomb(zipfile.ZIP_DEFLATED))
+def lying_zip(name: str = "") -> bytes:
+    """Its list says that an array, or a named file, is small; its stream goes on without end."""
+    data = bytearray(zipped({name: bytes(ZEROS)}) if name else bomb(zipfile.ZIP_DEFLATED))
     for signature, place in ((b"PK\1\2", 24), (b"PK\3\4", 22)):
         start = data.index(signature) + place
         data[start : start + 4] = struct.pack("<I", 400)
@@ -72,6 +74,21 @@ def tensors(header: object, data: bytes = b"") -> bytes:
 def rgl(fields: int = 1, rank: int = 1, offset: int = 0, size: int = HUGE) -> bytes:
     entry = struct.pack("<H", 3) + b"rgb" + struct.pack("<HBQ", rank, 10, offset)
     return b"tensor_file\0" + struct.pack("<2BI", 1, 0, fields) + entry + struct.pack("<Q", size)
+
+
+@cache
+def zeros(pack: Callable[[bytes], bytes]) -> bytes:
+    """Packed zeros, of which each byte stands for many."""
+    return pack(bytes(ZEROS))
+
+
+def xz_of_all_memory() -> bytes:
+    """A stream whose header asks for a dictionary of four gigabytes."""
+    data = bytearray(lzma.compress(bytes(100)))
+    size = 4 * (data[12] + 1)
+    data[12 + data[12:].index(b"\x21\x01") + 2] = 40
+    data[12 + size - 4 : 12 + size] = struct.pack("<I", zlib.crc32(data[12 : 12 + size - 4]))
+    return bytes(data)
 
 
 LAUGHS = "".join(f'<!ENTITY l{n + 1} "{f"&l{n};" * 10}">' for n in range(9))

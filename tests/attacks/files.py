@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bz2
 import gzip
 import json
 import pickle
@@ -39,7 +40,10 @@ from tests.attacks.contents import (
     rgl,
     strings,
     tensors,
+    xz_of_all_memory,
+    zeros,
 )
+from tests.packing import zipped
 from tests.specimens import SPECIMENS
 from tests.specimens.tables import npz_bytes
 
@@ -170,7 +174,7 @@ ATTACKS = {
     "pickle-by-name": Attack(
         "is a pickle under the name of a network",
         one("a.safetensors", pickle.dumps(Payload())),
-        "no known format",
+        "is a Python pickle, which would run code",
     ),
     "npz-deflated": Attack(
         "unpacks to a thousand times its bytes",
@@ -391,8 +395,48 @@ ATTACKS = {
     ),
     "archive-gzip": Attack(
         "is packed as a whole, so that looking at it unpacks it",
-        lambda: {"a.binary": gzip.compress(bytes(ZEROS))},
-        "a.binary",
+        lambda: {"a.binary": zeros(gzip.compress)},
+        "unpacks to more than",
+    ),
+    "archive-bzip2": Attack(
+        "unpacks to a million times its bytes",
+        lambda: {"a.binary.bz2": zeros(bz2.compress)},
+        "unpacks to more than",
+    ),
+    "archive-zip": Attack(
+        "unpacks to a thousand times its bytes, from an archive that says that it is small",
+        lambda: {"a.zip": lying_zip("a.binary")},
+        "damaged|unpacks to more than",
+    ),
+    "archive-sum": Attack(
+        "holds two files, neither of which is too large by itself",
+        lambda: {"a.zip": zipped({f"{k}.binary": bytes(ZEROS // 2) for k in range(2)})},
+        "unpacks to more than",
+    ),
+    "archive-memory": Attack(
+        "claims to need four gigabytes to be unpacked",
+        lambda: {"a.binary.xz": xz_of_all_memory()},
+        "too much memory",
+    ),
+    "archive-names": Attack(
+        "holds two thousand files of no length",
+        lambda: {"a.zip": zipped({f"{k}.csv": b"" for k in range(2000)})},
+        "is an archive of 2000 files",
+    ),
+    "archive-escape": Attack(
+        "writes to the terminal by a name in an archive",
+        lambda: {"a.zip": zipped({"\x1b]0;owned\x07\n": b"", "b": b""})},
+        "is an archive of 2 files",
+    ),
+    "archive-outside": Attack(
+        "is put outside of its folder by its name",
+        lambda: {"a.zip": zipped({"../../out.binary": b"a"})},
+        "no known format",
+    ),
+    "page-comments": Attack(
+        "begins with a thousand comments, as a pattern that is tried in all ways would meet",
+        one("a.bsdf", b"<!---->" * 140 + b"<!"),
+        "no known format",
     ),
 }
 """Every attack by name."""

@@ -45,7 +45,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_info_shows_what_is_there(capsys, cloth: TableBtf) -> None:
-    assert run("info", "cloth.npz") == 0
+    assert run("info", "-v", "cloth.npz") == 0
     shown = capsys.readouterr().out
     for words in ("cloth.npz", "6,561", "75  [degrees]", "236,196  [bytes]", "float16"):
         assert words in shown
@@ -65,12 +65,14 @@ def test_info_tells_of_pairs_that_repeat(capsys, cloth: TableBtf) -> None:
     wi, wo = cloth.wi.copy(), cloth.wo.copy()
     wi[5:7], wo[5:7] = wi[4], wo[4]
     nacre.save(TableBtf(cloth.values, wi, wo), "again.npz")
+    assert run("info", "again.npz") == 0
+    assert "2 pairs of directions repeat others" in capsys.readouterr().out
     (facts,) = run_json(capsys, "info", "again.npz")
     assert facts["pairs_that_repeat_others"] == 2
 
 
 def test_a_folder_becomes_an_archive(capsys, folder: Path) -> None:
-    assert run("info", folder) == 0
+    assert run("info", "-v", folder) == 0
     assert "sRGB, 8 bits, RGB" in capsys.readouterr().out
     assert run("convert", folder, "-o", "felt.npz", "--pixels", "radiance") == 0
     assert "felt.npz: 5 x 4 texels, 2 pairs" in capsys.readouterr().out

@@ -67,7 +67,7 @@ def test_the_way_from_a_texture_to_a_report(felt, capsys):
 
 
 def test_what_is_in_a_model_is_shown(felt, capsys):
-    assert run("info", "model.safetensors") == 0
+    assert run("info", "-v", "model.safetensors") == 0
     shown = capsys.readouterr().out
     facts = [line.split() for line in shown.splitlines()]
     assert ["model", "basis"] in facts

@@ -35,7 +35,7 @@ def download(*arguments, cwd, **environment):
 
 
 def test_prints_the_path_and_nothing_else(server, tmp_path):
-    arguments = ("rgl", "leaf_maple", "cm_*", "--accept-terms", "--mirror", server.url)
+    arguments = ("rgl", "leaf_maple", "cm_*", "--mirror", server.url)
     done = download(*arguments, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     names = ["leaf_maple", "cm_military_green", "cm_toxic_green", "cm_white"]
@@ -67,21 +67,60 @@ def test_lists_what_there_is(tmp_path):
     assert "http://btf.utia.cas.cz" in download("utia", cwd=tmp_path).stdout
 
 
-def test_terms_are_shown_and_not_assumed(server, tmp_path):
-    done = download("merl", "chrome", "--mirror", server.url, cwd=tmp_path)
+@pytest.mark.parametrize("chosen", [("chrome",), ("--all",)])
+def test_a_script_is_told_how_to_accept_terms_in_one_line(server, tmp_path, chosen):
+    done = download("merl", *chosen, "--mirror", server.url, cwd=tmp_path)
     assert done.returncode == 2
-    assert "MERL BRDF database" in done.stderr
-    assert "add --accept-terms to accept them" in done.stderr.splitlines()[-1]
+    assert done.stderr == (
+        "nacre: merl: has terms of use: read them at https://www.merl.com/brdf/ and, if you accept "
+        "them, add --accept-terms\n"
+    )
     assert not server.requests
     assert not (tmp_path / "cache").exists()
 
 
+def test_accepted_terms_are_shown(server, tmp_path):
+    server.content = bytes(288 * 288 * 3 * 8)
+    options = ("--mirror", server.url, "--accept-terms")
+    done = download("utia", "m001", "m002", *options, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("passing the files on needs the institute's consent") == 1
+
+
+def test_what_is_free_of_conditions_asks_nothing(server, tmp_path):
+    """The first lines of the README, as a script runs them."""
+    line = ("rgl", "satin_rosaline", "-o", ".")
+    done = download(*line, cwd=tmp_path, NACRE_MIRROR=server.url)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "satin_rosaline_rgb.bsdf\n"
+    assert "rgl: CC0, no conditions; rgl-TERMS.txt says what to cite\n" in done.stderr
+    assert "Dupuy and Jakob 2018" in (tmp_path / "rgl-TERMS.txt").read_text()
+
+
+def test_a_file_that_is_there_stays(server, tmp_path):
+    mine = tmp_path / "paper_white_rgb.bsdf"
+    mine.write_bytes(b"mine")
+    done = download("rgl", "paper_white", "-o", ".", "--mirror", server.url, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "paper_white_rgb.bsdf: exists and was not written by nacre" in done.stderr
+    assert mine.read_bytes() == b"mine"
+
+
+def test_offline_is_one_line(tmp_path):
+    done = download("rgl", "--all", "--mirror", "http://127.0.0.1:9", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "cannot reach 127.0.0.1: Connection refused" in done.stderr
+    assert done.stderr.endswith("; 61 more not tried\n")
+
+
 @pytest.mark.parametrize(("answer", "code"), [(b"y\n", 0), (b"n\n", 2)])
 def test_terms_are_asked_for_at_a_terminal(server, tmp_path, answer, code):
+    server.content = bytes(288 * 288 * 3 * 8)
     ours, theirs = pty.openpty()
     os.write(ours, answer)
     done = subprocess.run(
-        [sys.executable, "-m", "nacre", "download", "rgl", "cm_white", "--mirror", server.url],
+        [sys.executable, "-m", "nacre", "download", "utia", "m001", "--mirror", server.url],
         stdin=theirs,
         capture_output=True,
         text=True,
@@ -105,7 +144,7 @@ def test_terms_are_asked_for_at_a_terminal(server, tmp_path, answer, code):
         (("merl", "../chrome"), "has no material '../chrome'"),
         (("utia", "m001"), "the address of its files is not known"),
         (("merl", "chrome", "--mirror", "nowhere"), "expected an address like"),
-        (("rgl", "cm_white", "--accept-terms", "--mirror", "http://127.0.0.1:9"), "cannot reach"),
+        (("rgl", "cm_white", "--mirror", "http://127.0.0.1:9"), "cannot reach"),
     ],
 )
 def test_wrong_input_ends_in_one_line(tmp_path, arguments, message):

@@ -107,7 +107,7 @@ def test_the_missing_extra_is_named_before_any_work(here, capsys, monkeypatch):
 
 
 def test_info_shows_energy_reciprocity_and_units(here, capsys):
-    assert run("info", "a.safetensors") == 0
+    assert run("info", "-v", "a.safetensors") == 0
     printed = capsys.readouterr().out
     expected = albedo(nacre.load("a.safetensors"), 0.0).value
     (line,) = [line for line in printed.splitlines() if "albedo at 0 degrees" in line]
@@ -115,17 +115,22 @@ def test_info_shows_energy_reciprocity_and_units(here, capsys):
     assert "[red, green, blue: part of the light that is reflected]" in line
     for words in ("reciprocity error", "energy", "unknown pairs", "largest albedo at"):
         assert words in printed
-    assert run("info", "a.safetensors", "--no-physics") == 0
+    assert run("info", "-v", "a.safetensors", "--no-physics") == 0
     assert "albedo" not in capsys.readouterr().out
 
 
 def test_info_gives_the_same_facts_as_json(here, capsys):
-    assert run("info", "a.safetensors", "b.safetensors") == 0
+    assert run("info", "-v", "a.safetensors", "b.safetensors") == 0
     lines = capsys.readouterr().out.splitlines()
     first, second = run_json(capsys, "info", "a.safetensors", "b.safetensors")
     assert [first["file"], second["file"]] == ["a.safetensors", "b.safetensors"]
-    printed = [line.split("  ")[1] for line in lines if line.startswith("  ")]
-    assert len(printed) == len(first) + len(second) - 4  # file and kind are not facts
+    about = {"file", "kind", "summary", "looks_wrong"}  # these are not facts
+    titles = [index for index, line in enumerate(lines) if line == "  figures"]
+    assert [lines[index - 3 : index] for index in titles] == [
+        [f"  {sentence}" for sentence in each["summary"]] for each in (first, second)
+    ]
+    printed = [line for line in lines if line.startswith("  ")]
+    assert len(printed) == sum(len(each) - len(about) + 4 for each in (first, second))
     assert all(re.fullmatch("[a-z0-9_]+", key) for key in first)
     assert first["layers"] == "6-8-3"
     assert first["memory_bytes"] == 332

@@ -152,9 +152,13 @@ def test_a_file_changed_on_disk_is_reported(database, tmp_path):
 
 def test_without_a_known_checksum_it_must_be_a_material(database, server, monkeypatch, tmp_path):
     monkeypatch.setattr(sys.modules[fetch.__module__], "load", nacre.load)
-    server.content = b"<html>sold</html>\n"
-    with pytest.raises(NacreError, match=r"the file: .*discarded"):
-        fetch(database, "unknown", tmp_path, agree=accept)
+    for content, problem in (
+        (b"<html>sold</html>\n", "/unknown/file.bin: is a web page, not the file; discarded; open"),
+        (b"sold", "the file: .*discarded"),
+    ):
+        server.content = content
+        with pytest.raises(NacreError, match=problem):
+            fetch(database, "unknown", tmp_path, agree=accept)
     assert left(tmp_path) == ["shop-TERMS.txt"]
 
 
@@ -165,6 +169,9 @@ def test_terms_come_first(database, server, tmp_path):
     assert not server.requests
     fetch(database, "known", tmp_path / "folder", agree=accept)
     fetch(database, "unknown", tmp_path / "folder", agree=lambda terms: pytest.fail("asked again"))
+    free = dataclasses.replace(database, free="no conditions")
+    assert fetch(free, "known", tmp_path / "free").verified
+    assert (tmp_path / "free" / "shop-TERMS.txt").read_text() == TERMS
     changed = dataclasses.replace(database, terms="Be kinder.\n")
     (tmp_path / "folder" / "known.bin").unlink()
     with pytest.raises(NacreError, match="not accepted"):

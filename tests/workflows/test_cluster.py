@@ -143,7 +143,7 @@ def test_bad_files_cost_nothing_else(cluster, folder, output, here, data):
     reasons = {record.source: record.error for record in outcome.failed}
     assert set(reasons) == {"bad.binary", "empty.binary"}
     assert reasons["bad.binary"].startswith("content is of no known format")
-    assert reasons["empty.binary"] == "is empty"
+    assert reasons["empty.binary"] == "is empty; copy or download it again"
     assert fits(output) == here
     assert not list(cluster.folder.rglob("*.binary"))
 

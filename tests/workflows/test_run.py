@@ -351,7 +351,7 @@ def test_a_watcher_hears_of_every_material(folder, output):
     assert heard == [
         2,
         "start b.binary",
-        "end b.binary is empty",
+        "end b.binary is empty; copy or download it again",
         "start c.binary",
         "end c.binary None",
     ]

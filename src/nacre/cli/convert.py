@@ -10,13 +10,9 @@ from nacre.cli.kinds import check_pixels, kind_of
 from nacre.cli.options import option
 from nacre.cli.ranges import IntRange
 from nacre.cli.report import note, progress, report_file, say
-from nacre.errors import FormatError
 
 if TYPE_CHECKING:
-    from nacre.brdf import Brdf
     from nacre.measured.textures.image_folder import Quantity
-
-_PAIRS = 1 << 14  # of directions, at which a table is compared with its source
 
 
 @make(
@@ -60,15 +56,15 @@ def command(
         _reflectance(source, output, material, resolution, physical)
         return
     from nacre.cli.btf.written import report_texture
-    from nacre.formats import load_btf, save, target
+    from nacre.formats import load_btf, target
+    from nacre.workflows.conversion import convert_btf
 
     target(output, "btf")
     options.check_outputs([output], [source])
     check_pixels(source, pixels)
-    texture = load_btf(source, quantity=pixels)
-    line = progress(output.stem)
-    loss = save(texture, output, progress=line, precision=precision, components=components)
-    report_texture(output, texture, loss)
+    texture, line = load_btf(source, quantity=pixels), progress(output.stem)
+    made = convert_btf(texture, output, precision=precision, components=components, progress=line)
+    report_texture(output, texture, made.loss)
 
 
 def _reflectance(
@@ -78,40 +74,24 @@ def _reflectance(
     resolution: tuple[int, ...] | None,
     physical: bool,
 ) -> None:
-    from nacre.formats import check_target, load_brdf, loses_bands, target, writer
+    from nacre.formats import load_brdf
+    from nacre.workflows.conversion import checked_writer, convert_brdf
 
-    if physical and target(output).holds:
-        raise FormatError(f"{output}: for a physical network, use nacre fit --physical")
-    write = writer(output, resolution)
+    checked_writer(output, resolution, physical)
     options.check_outputs([output], [source])
-    report = progress(output.stem, "reading")
+    line = progress(output.stem, "reading")
     brdf = load_brdf(source, material)
-    check_target(output, brdf)
-    report("writing", 0, 1)
+    line("writing", 0, 1)
+    made = convert_brdf(brdf, output, resolution=resolution, physical=physical)
     facts: dict[str, Any] = {}
-    if physical:
-        from nacre.workflows.physical import write_physical
-
-        change = write_physical(brdf, output, write)
-        facts = {"physical": asdict(change)}
-        say(f"{output}: {change}")
-    else:
-        write(brdf, output)
-        facts = _table_errors(brdf, output)
-    if (physical and brdf.wavelengths is not None) or loses_bands(brdf, output, bool(resolution)):
+    text = ""
+    if made.change is not None:
+        facts = {"physical": asdict(made.change)}
+        say(f"{output}: {made.change}")
+    if made.median is not None:
+        facts = {"table_error_median": made.median}
+        text = f"f_r within {100.0 * made.median:.2g} % in the median"
+    if made.colors_only:
         kept = "_spec.bsdf and .csv keep them"
         note(f"{output}: holds the color of {source} but not its wavelengths; {kept}")
-    median = facts.get("table_error_median")
-    text = "" if median is None else f"f_r within {100.0 * median:.2g} % in the median"
     report_file(output, text, kind="brdf", **facts)
-
-
-def _table_errors(brdf: Brdf, output: Path) -> dict[str, Any]:
-    """What a table has lost by its resolution; empty for other formats."""
-    from nacre.formats import load_brdf, target
-    from nacre.metrics.metrics import angular_errors
-
-    if target(output).resolution is None:
-        return {}
-    found = angular_errors(brdf, load_brdf(output), _PAIRS)
-    return {"table_error_median": found.relative_median} if found.rmse_cosine > 0.0 else {}

@@ -10,10 +10,11 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.compare import conclude, print_comparison
 from nacre.cli.display import Line
 from nacre.cli.options import option
 from nacre.cli.ranges import IntRange
-from nacre.cli.report import print_facts, print_table, progress, say
+from nacre.cli.report import print_facts, progress, say
 from nacre.errors import FormatError
 
 _MATERIAL = {
@@ -71,8 +72,9 @@ def command(source: Path | None, output: Path, preset: str, spp: int) -> None:
     write_bytes(picture(comparison, views), output)
     print_facts(f"{path} (measured)", truth.describe().items())
     print_facts(f"{target} (neural)", neural.describe().items())
-    print_table(("under", "", ""), comparison.rows())
+    print_comparison(comparison)
     say(f"Look at {output}: measured | neural | difference; path traced below")
+    conclude(comparison.verdict)
 
 
 def _from_environment() -> Path | None:

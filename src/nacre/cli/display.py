@@ -57,7 +57,8 @@ class Line:
         """The line in columns: name, stage, bar, steps, time left, note."""
         bar = ProgressBar(max(self.total, 1), self.done, width=24)
         steps = f"{self.done:,}/{self.total:,}" if self.total > 1 else ""
-        return Text(self.name), self.stage or "starting", bar, steps, self._left(), Text(self.note)
+        note = Text(self.note, no_wrap=True, overflow="ellipsis")
+        return Text(self.name), self.stage or "starting", bar, steps, self._left(), note
 
     def _left(self) -> str:
         """Time left in the stage at its speed so far."""
@@ -156,6 +157,9 @@ class Display:
 
     def _refresh(self) -> None:
         grid = Table.grid(padding=(0, 1))
+        for _ in range(5):
+            grid.add_column(no_wrap=True)
+        grid.add_column()  # the note gives way where the terminal is narrow
         room = max(2, self._console.height - 2)
         for line in self._lines[:room]:
             grid.add_row(*line.cells())

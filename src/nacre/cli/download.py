@@ -21,6 +21,7 @@ from nacre.cli.report import (
     say,
 )
 from nacre.errors import NacreError
+from nacre.io.source import TERMS
 
 
 @make(
@@ -47,7 +48,7 @@ def command(
     in quotes, such as 'gold-*'. Interrupted downloads resume. Files are kept in the platform's
     cache folder or in NACRE_CACHE.
     """
-    from nacre.download import databases, fetch, find
+    from nacre.download import UnreachableError, databases, fetch, find
 
     if database is None:
         if output or mirror or accept_terms or everything:
@@ -68,26 +69,36 @@ def command(
         return
 
     def agree(terms: str) -> bool:
+        if not accept_terms and not sys.stdin.isatty():
+            raise click.ClickException(
+                f"{source.name}: has terms of use: read them at {source.page} and, if you accept "
+                "them, add --accept-terms"
+            )
         with hidden_progress():
             click.echo(terms, err=True)
-            if accept_terms:
+            if accept_terms or click.confirm("Do you accept these terms?", err=True):
                 return True
-            if not sys.stdin.isatty():
-                raise click.UsageError(
-                    f"{source.name}: read the terms of use above; add --accept-terms to accept them"
-                )
-            return click.confirm("Do you accept these terms?", err=True)
+        raise click.ClickException(f"{source.name}: the terms are not accepted; nothing downloaded")
 
     results: list[dict[str, Any]] = []
-    for material in source.select(materials):
+    chosen = source.select(materials)
+    for number, material in enumerate(chosen, 1):
         line = progress(material)
         try:
             found = fetch(source, material, output, mirror, agree, _reported(line))
+        except UnreachableError as error:
+            rest = len(chosen) - number
+            untried = f"; {rest} more not tried" if rest else ""
+            results.append({"material": material, "error": f"{error}{untried}"})
+            break
         except NacreError as error:
             results.append({"material": material, "error": str(error)})
             continue
         finally:
             line.end()
+        if source.free and found.fresh and not any(one.get("downloaded") for one in results):
+            terms_file = found.path.with_name(f"{source.name}{TERMS}")
+            aside(f"{source.name}: {source.free}; {terms_file} says what to cite")
         checked = "SHA-256 verified" if found.verified else "not verified: no known checksum"
         aside(f"{material}: {'downloaded' if found.fresh else 'already there'}, {checked}")
         say(str(found.path))

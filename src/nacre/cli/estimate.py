@@ -10,9 +10,6 @@ from nacre.cli.options import option
 from nacre.cli.report import keyed, note, progress, report_file
 from nacre.errors import FormatError
 
-DOUBTFUL = 0.2
-"""Median difference of the logarithms of pixels above which the scene is probably wrong."""
-
 
 @make(
     "estimate",
@@ -50,7 +47,7 @@ def command(
     from nacre.io.files import remove_file
     from nacre.latent import find_basis, save_code
     from nacre.latent.estimates import in_words
-    from nacre.photographs import estimate as work
+    from nacre.verbs.estimating import DOUBTFUL, photographed
 
     if output.suffix.lower() not in (".safetensors", ".json"):
         raise FormatError(f"{output}: an estimate is a .safetensors or a .json file")
@@ -62,19 +59,16 @@ def command(
         raise click.UsageError("--geometry needs --environment, and has one material")
     options.check_outputs([output], [*photographs, scene, environment, Path(basis_name)])
     line = progress(output.stem, "reading")
-    pictures = work.read_photographs(photographs)
-    if scene is not None:
-        setting = work.scene_setting(scene, name or "")
-    else:
-        setting = work.sphere_setting(environment or Path())
     state = output.with_name(f"{output.name}.state")
-    found = work.estimate_from_photographs(
-        pictures,
-        setting,
-        basis_name,
+    found = photographed(
+        photographs,
+        scene=scene,
+        bsdf=name,
+        geometry=geometry,
+        environment=environment,
         camera=camera,
+        basis=basis_name,
         name=output.stem,
-        called=[str(path) for path in photographs],
         seed=seed,
         state=state,
         progress=line,

@@ -14,6 +14,7 @@ from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
 from nacre.cli.report import keyed, print_facts, print_json, print_table, progress, report
 from nacre.errors import NacreError
+from nacre.io.names import stem
 
 
 @make(
@@ -69,7 +70,7 @@ def command(
     loaded = _read(source, material, basis_name)
     if terms:
         loaded = loaded.replaced(source={**(loaded.source or {}), "terms": terms})
-    prefix = name or source.stem
+    prefix = name or stem(source)
     facts: dict[str, Any] = {}
     if target in PLACES:
         paths, facts = _to_place(loaded, target, output or "", prefix, line)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -97,12 +97,20 @@ def fit_reflectances(paths: Sequence[Path], output: str | None, chosen: Mapping[
     )
     if chosen["inputs"] is None:
         note_inputs(fitting, targets[0])
-    lines = [
-        f"{file.output}: {file.fit.summary}, {file.fit.seconds:.1f} s"
-        for file in found
-        if file.fit.error is None
-    ]
+    lines = [line for file in found if file.fit.error is None for line in _lines(file)]
+    if len(found) == 1 and lines and not session().folders:
+        lines.append(f"To see both: nacre compare {found[0].source} {found[0].output}")
     report_parts([_facts(file) for file in found], lines)
+
+
+def _lines(file: FittedFile) -> Iterator[str]:
+    """What was written, and how good it is."""
+    from nacre.metrics.verdict import psnr_words
+
+    size = file.output.stat().st_size
+    yield f"{file.output}: {size:,} bytes, {file.fit.summary}, {file.fit.seconds:.1f} s"
+    if (psnr := file.fit.psnr) is not None:
+        yield f"  PSNR {psnr:.1f} dB on a sphere in directional light: {psnr_words(psnr)}"
 
 
 def note_inputs(fitting: Fitting, output: Path) -> None:
@@ -203,6 +211,7 @@ def _facts(file: FittedFile) -> dict[str, Any]:
         "output": str(file.output),
         "size_bytes": file.output.stat().st_size,
         "seconds": file.fit.seconds,
+        "psnr_db": file.fit.psnr,
         **{json_key(name): value for name, value in file.fit.losses.items()},
     }
 

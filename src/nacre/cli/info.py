@@ -9,8 +9,9 @@ from nacre.cli.command import command as make
 from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
 from nacre.cli.plot import check_count, name_apart
-from nacre.cli.report import keyed, print_facts, progress, report_parts
-from nacre.errors import FormatError, NacreError
+from nacre.cli.report import keyed, note, print_facts, progress, report_parts, say, tell
+from nacre.cli.session import session
+from nacre.errors import FormatError, NacreError, printable
 
 if TYPE_CHECKING:
     from nacre.brdf import Brdf
@@ -29,7 +30,9 @@ if TYPE_CHECKING:
 def command(
     paths: tuple[Path, ...], physics: bool, plot: Path | None, pixels: Quantity | None
 ) -> None:
-    """Show what each INPUT holds, and whether a reflectance is physical.
+    """Say what each INPUT holds, how large it is, and whether anything is wrong with it.
+
+    A sentence each; -v adds all figures, and --json gives them to scripts.
 
     INPUT is a reflectance, a texture (a file, a folder of images or a list of photographs), or
     another file that nacre writes: a code, a latent basis, a texture codec or a map of texels.
@@ -56,10 +59,17 @@ def command(
             results.append({"file": str(path), "error": str(error)})
             continue
         facts = keyed(found.facts, found.units)
-        results.append({"file": str(path), "kind": found.kind, **facts})
+        about = {"summary": list(found.sentences), "looks_wrong": found.looks_wrong}
+        results.append({"file": str(path), "kind": found.kind, **about, **facts})
         if found.brdf is not None:
             plotted.append((path, found.brdf))
-        print_facts(path.resolve().name, found.facts.items(), found.units)
+        say(printable(path.resolve().name), style="bold")
+        tell(found.sentences, indent=2)
+        if session().verbose:
+            print_facts("  figures", found.facts.items(), found.units)
+    shown = any("error" not in result for result in results)
+    if shown and not session().verbose and not session().as_json:
+        note("-v shows all figures, --json gives them to scripts")
     if plot is not None and plotted:
         from nacre.figures.plot import lobe_figure, write_plot
 

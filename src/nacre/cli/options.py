@@ -241,7 +241,8 @@ preset_option = _shared(
     "--preset",
     ["draft", "standard", "best"],
     default="standard",
-    help="Length of the fit: about 0.3, 1.5 or 12 seconds on two cores.",
+    help="Length of the fit: about 0.3, 1.5 or 12 seconds for an isotropic material on two idle "
+    "server cores. The first fit on a machine compiles for about 20 seconds more.",
 )
 scale_option = _shared(
     "--free-scale",

@@ -10,7 +10,7 @@ from nacre.cli.command import command as make
 from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
 from nacre.cli.ranges import FiniteRange, IntRange
-from nacre.cli.rendering import TEXTURE_SPP, render_reflectance, render_scene, render_texture
+from nacre.cli.rendering import render_reflectance, render_scene, render_texture
 from nacre.formats import describe_kind
 from nacre.mitsuba import scene
 from nacre.mitsuba.moving_light import PATHS
@@ -18,6 +18,7 @@ from nacre.mitsuba.preview import DENOISED_SPP, MAX_SIZE, PLAIN_SPP
 from nacre.mitsuba.textures import scene as texture_scene
 from nacre.mitsuba.textures.plugins import DECODERS
 from nacre.mitsuba.textures.texels import INTERPOLATIONS
+from nacre.workflows.texture_rendering import TEXTURE_SPP
 
 _SHAPES = list(dict.fromkeys((*scene.SHAPES, *texture_scene.GEOMETRIES)))
 _LIGHTS = list(dict.fromkeys((*scene.LIGHTS, *texture_scene.LIGHTS)))

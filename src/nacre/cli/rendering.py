@@ -11,15 +11,14 @@ import click
 
 from nacre.cli import options
 from nacre.cli.report import keyed, print_facts, progress, report
+from nacre.io.names import stem
 from nacre.mitsuba import scene
 from nacre.mitsuba.textures import scene as texture_scene
+from nacre.workflows.texture_rendering import TEXTURE_SPP
 
 if TYPE_CHECKING:
     from nacre.metrics.temporal import TemporalErrors
     from nacre.mitsuba.environment import Environment
-
-TEXTURE_SPP = 64
-"""Samples per pixel for a texture without denoising."""
 
 
 def _check_shape(
@@ -43,7 +42,7 @@ def render_scene(source: Path, output: Path | None, spp: int | None, seed: int) 
     from nacre.mitsuba.preview import check_image_path, write_image
     from nacre.mitsuba.scene_file import render_file
 
-    output = output or Path(f"{source.stem}.png")
+    output = output or Path(f"{stem(source)}.png")
     check_image_path(output)
     options.check_outputs([output], [source])
     line = progress(source.stem, "compiling")
@@ -59,7 +58,7 @@ def render_reflectance(source: Path, output: Path | None, chosen: dict[str, Any]
     from nacre.mitsuba.preview import check_image_path, default_spp, render_preview, write_image
 
     _check_shape(source, chosen, "a reflectance", scene.SHAPES, scene.LIGHTS)
-    output = output or Path(f"{source.stem}.png")
+    output = output or Path(f"{stem(source)}.png")
     check_image_path(output)
     options.check_outputs([output], [source])
     width, spp = chosen["size"], chosen["spp"] or default_spp(chosen["denoise"])
@@ -97,7 +96,7 @@ def render_texture(source: Path, output: Path | None, chosen: dict[str, Any]) ->
     shapes, lights = texture_scene.GEOMETRIES, texture_scene.LIGHTS
     _check_shape(source, chosen, "a texture", shapes, lights)
     frames, reference = chosen["frames"], chosen.pop("reference")
-    output = output or Path(f"{source.stem}.{'gif' if frames else 'png'}")
+    output = output or Path(f"{stem(source)}.{'gif' if frames else 'png'}")
     del chosen["height"]
     if frames or reference:
         if chosen["denoise"] and options.is_given("denoise"):

@@ -6,6 +6,7 @@ import json
 import math
 import os
 import re
+import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -76,6 +77,16 @@ def hidden_progress() -> Iterator[None]:
 
 def say(text: str, *, style: str | None = None, end: str = "\n") -> None:
     _print(text, style=style, markup=False, end=end)
+
+
+def tell(sentences: Iterable[str], indent: int = 0) -> None:
+    """Print sentences, one a line; on a terminal, those too long for it go on below, indented."""
+    for sentence in sentences:
+        text = f"{' ' * indent}{printable(sentence)}"
+        if _results.is_terminal:
+            further = " " * (indent + 2)
+            text = textwrap.fill(text, max(_results.width, 40), subsequent_indent=further)
+        say(text)
 
 
 def note(text: str) -> None:
@@ -184,11 +195,15 @@ def print_facts(
             say(f"  [{unit}]", style="dim")
 
 
-def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    """Print a table, all but its first column aligned right; nothing with --json."""
+def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]], *, texts: int = 0) -> None:
+    """Print a table, its columns of numbers aligned right; nothing with --json.
+
+    The first column and the last `texts` are of text.
+    """
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     for index, column in enumerate(columns):
-        table.add_column(column, justify="right" if index else "left")
+        number = 0 < index < len(columns) - texts
+        table.add_column(column, justify="right" if number else "left")
     for row in rows:
         table.add_row(*(Text(_text(v)) for v in row))
     _print(table)

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from nacre.io.names import guessed_ending
+
 if TYPE_CHECKING:
     from nacre.cli.display import Display
-
-_SNIFFED = ((b"{", ".json"), (b"[", ".json"))
 
 
 @dataclass
@@ -41,10 +41,7 @@ class Session:
     def spooled(self) -> Path:
         """Standard input as a file, with an ending if its first bytes suggest one."""
         first = sys.stdin.buffer.read(64)
-        start = first.lstrip()
-        ending = next((ending for begin, ending in _SNIFFED if start.startswith(begin)), "")
-        if not ending and start and start.split(b"\n")[0].isascii() and b"," in start:
-            ending = ".csv" if start.split(b"\n")[0].decode("ascii").isprintable() else ""
+        ending = guessed_ending(first)
         path = self.folder() / f"stdin{ending}"
         with path.open("wb") as file:
             file.write(first)

@@ -17,7 +17,6 @@ from nacre.errors import FormatError, NacreError
 
 if TYPE_CHECKING:
     from nacre.mitsuba.environment import Environment
-    from nacre.viewer.content import Entry
     from nacre.workflows.sources import Source
 
 _PAGE, _SCRIPT = ".html", ".js"
@@ -103,35 +102,20 @@ def _page(
 ) -> tuple[bytes, int]:
     """The page, and the number of materials and textures on it."""
     from nacre.targets.textures import HeightField
-    from nacre.viewer.content import Content
-    from nacre.viewer.space import add_space
-    from nacre.workflows.viewing import Texture, read_materials
+    from nacre.workflows.viewing import page_content, read_materials
 
-    content = Content(_environments(chosen["environment"]))
-    entries: list[Entry] = []
-    textures: list[Texture] = []
-    for material in read_materials(found, left_out):
-        line("reading", len(entries) + len(textures), len(found))
-        if isinstance(material, Texture):
-            textures.append(material)
-        else:
-            content.add(material)
-            entries.append(material)
-    if chosen["height_field"] is not None and len(textures) != 1:
-        raise NacreError(f"--height-field: is for one texture, not for {len(textures)}")
-    for texture in textures:
-        heights, image = texture.heights, chosen["height_field"]
-        if image is not None:
-            heights = HeightField.read(image, chosen["depth"])
-        content.add_texture(texture.btf, heights, progress=line)
-    if not entries and not textures:
-        raise NacreError("no material could be read")
-    if chosen["mapped"] and not add_space(content, entries, progress=line):
-        raise NacreError(f"--map: {len(entries)} materials are too few, or too many have no code")
-    if chosen["notice"] is not None:
-        content.facts["notice"] = _notice(chosen["notice"])
+    image, notice = chosen["height_field"], chosen["notice"]
+    content, count = page_content(
+        read_materials(found, left_out),
+        environments=_environments(chosen["environment"]),
+        mapped=chosen["mapped"],
+        heights=None if image is None else HeightField.read(image, chosen["depth"]),
+        notice=None if notice is None else _notice(notice),
+        total=len(found),
+        progress=line,
+    )
     line("writing", 0, 1)
-    return content.page(title), len(entries) + len(textures)
+    return content.page(title), count
 
 
 def _left_out(given: tuple[Path, ...], failed: list[Path], path: Path, error: NacreError) -> None:
@@ -144,9 +128,8 @@ def _left_out(given: tuple[Path, ...], failed: list[Path], path: Path, error: Na
 
 def _environments(paths: tuple[Path, ...]) -> list[Environment]:
     from nacre.mitsuba.environment import load_environment
-    from nacre.mitsuba.surroundings import ENVIRONMENTS
 
-    return [load_environment(path) for path in paths] or [make() for make in ENVIRONMENTS.values()]
+    return [load_environment(path) for path in paths]
 
 
 def _notice(path: Path) -> str:

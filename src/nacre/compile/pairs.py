@@ -17,6 +17,7 @@ import numpy.typing as npt
 from nacre.array import Array, Components, Floats, Weights, namespace
 from nacre.compile.data import as_data
 from nacre.io.memory import available_memory
+from nacre.numerics.exchange import numbers
 from nacre.objects.frozen import Frozen
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ def compiled(owner: Frozen, formula: Formula, **named: npt.ArrayLike) -> list[We
     None where a number is float64, where the formula does not compile, and where shapes do not fit:
     what :func:`checked` says then holds. Raises ValueError as that does.
     """
-    given = [np.asarray(array) for array in named.values()]
+    given = [numbers(array) for array in named.values()]
     if any(array.dtype == np.float64 or array.shape[-1:] != (3,) for array in given):
         return None
     function = _function(owner, formula, tuple(named))
@@ -112,7 +113,7 @@ def checked(**named: npt.ArrayLike) -> tuple[Floats, Floats]:
 
     Raises ValueError if a shape is not (..., 3), or for numbers that are not what they should be.
     """
-    arrays = {name: np.asarray(given) for name, given in named.items()}
+    arrays = {name: numbers(given) for name, given in named.items()}
     double = any(array.dtype == np.float64 for array in arrays.values())
     for name, array in arrays.items():
         if array.shape[-1:] != (3,):

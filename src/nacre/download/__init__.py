@@ -4,5 +4,15 @@ from __future__ import annotations
 
 from nacre.download.databases import Database, Facts, databases, find
 from nacre.download.fetch import Fetched, cache_folder, fetch
+from nacre.download.transfer import UnreachableError
 
-__all__ = ["Database", "Facts", "Fetched", "cache_folder", "databases", "fetch", "find"]
+__all__ = [
+    "Database",
+    "Facts",
+    "Fetched",
+    "UnreachableError",
+    "cache_folder",
+    "databases",
+    "fetch",
+    "find",
+]

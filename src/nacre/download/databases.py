@@ -40,6 +40,7 @@ class Database:
     url: str | None = None  # of a file, with {name} for the material; None if not known
     limit: int = 2**29  # length that no file exceeds, in bytes
     size: int | None = None  # length of every file in bytes, if all are the same
+    free: str = ""  # why nobody needs to accept the terms; empty if they must be accepted
 
     def facts(self, material: str) -> Facts:
         """Facts about the file of a material; its name is then safe as part of a path.
@@ -110,6 +111,7 @@ def databases() -> Mapping[str, Database]:
     rgl = _table("rgl.txt")
     rgl_url = "https://d38rqfq1h7iukm.cloudfront.net/media/materials/{name}/{name}"
     rgl_terms, rgl_page = _text("rgl-terms.txt"), "https://rgl.epfl.ch/materials"
+    rgl_free = "CC0, no conditions"  # as its terms say
     spectral = dict.fromkeys(rgl, Facts())
     kinds = (
         ("rgl", "62 materials, 11 of them anisotropic, as colors", "_rgb.bsdf", rgl),
@@ -126,7 +128,9 @@ def databases() -> Mapping[str, Database]:
             "http://people.csail.mit.edu/wojciech/BRDFDatabase/brdfs/{name}.binary",
         ),
         *(
-            Database(name, title, suffix, rgl_terms, rgl_page, materials, rgl_url + suffix)
+            Database(
+                name, title, suffix, rgl_terms, rgl_page, materials, rgl_url + suffix, free=rgl_free
+            )
             for name, title, suffix, materials in kinds
         ),
         Database(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -15,7 +16,8 @@ from nacre.download.databases import Database
 from nacre.download.transfer import Progress, Transfer, TransferError, without_credentials
 from nacre.errors import NacreError
 from nacre.formats import load
-from nacre.io.files import PathLike, digest, write_encoded
+from nacre.io.disguise import disguise
+from nacre.io.files import PathLike, digest, first_bytes, write_encoded
 from nacre.io.outputs import check_replaceable, record_output
 from nacre.io.source import TERMS
 from nacre.runtime.lock import exclusive
@@ -61,16 +63,17 @@ def fetch(
     mirror
         Address that offers `DATABASE/FILE`; the environment's `NACRE_MIRROR` by default.
     agree
-        Called with the terms of use before the first download to a folder; returns whether the
-        user accepts them.
+        Called with the terms of use before the first download to a folder, unless the database is
+        free of conditions; returns whether the user accepts them.
     progress
         Called with the number of bytes received, and the total or None.
 
     Raises
     ------
     NacreError
-        If the material is unknown, the terms are not accepted, the server cannot be reached or
-        does not have the file, the file is not the expected one, or the folder cannot be written.
+        If the material is unknown, the terms are not accepted, the server cannot be reached
+        (:class:`UnreachableError`) or does not have the file, the file is not the expected one, or
+        the folder cannot be written.
     """
     facts = database.facts(material)
     folder = Path(folder) if folder is not None else cache_folder() / database.name
@@ -89,7 +92,7 @@ def fetch(
     except TransferError as error:
         source = database.address(material) if database.url else database.page
         hint = f"the file can also be fetched by hand from {source} and put at {path}"
-        raise NacreError(f"{error}; {hint}") from error
+        raise type(error)(f"{error}; {hint}") from error
     except OSError as error:
         raise NacreError(f"{path}: cannot be read or written: {error.strerror}") from error
 
@@ -134,7 +137,7 @@ def _accept(database: Database, folder: Path, agree: Callable[[str], bool]) -> N
     kept = folder / f"{database.name}{TERMS}"
     if kept.is_file() and kept.read_text(encoding="utf-8", errors="replace") == database.terms:
         return
-    if not agree(database.terms):
+    if not database.free and not agree(database.terms):
         raise NacreError(f"{database.name}: the terms of use are not accepted; nothing downloaded")
     folder.mkdir(parents=True, exist_ok=True)
     write_encoded(kept, str.encode, database.terms, internal=True)
@@ -149,6 +152,11 @@ def _download(
     transfer = Transfer(part, facts.size, database.limit, progress)
     transfer(url)
     public, sha256 = without_credentials(url), digest(part)
+    if found := disguise(first_bytes(part), path):
+        transfer.discard()
+        problem = re.split("[,:;]", found)[0]
+        fix = "open the address in a browser to see what it says, or try another mirror"
+        raise NacreError(f"{public}: {problem}, not the file; discarded; {fix}")
     if sha256 != (expected := facts.sha256 or first or sha256):
         transfer.discard()
         problem, fix = f" does not have the SHA-256 {expected}", "try again, or another mirror"

@@ -40,6 +40,10 @@ class TransferError(NacreError):
     """A server that cannot be reached, or does not send the file."""
 
 
+class UnreachableError(TransferError):
+    """A server to which there is no connection."""
+
+
 class _BrokenOffError(Exception):
     """A transfer that another request may finish."""
 
@@ -62,8 +66,9 @@ class Transfer:
     def __call__(self, url: str) -> None:
         """Download `url` to :attr:`part`.
 
-        A :class:`TransferError` means that the server cannot be reached, refuses, or sends a file
-        of another length; an OSError that the file cannot be written.
+        A :class:`TransferError` means that the server cannot be reached
+        (:class:`UnreachableError`), refuses, or sends a file of another length; an OSError that the
+        file cannot be written.
         """
         host = urlsplit(url).hostname or url
         arrived = self._arrived(url)
@@ -81,7 +86,7 @@ class Transfer:
                     if isinstance(error, _HOPELESS):
                         raise TransferError(f"{host}: {problem}") from error
                     if _out_of_reach(error) and self._arrived(url) == arrived:
-                        raise TransferError(f"cannot reach {host}: {problem}") from error
+                        raise UnreachableError(f"cannot reach {host}: {problem}") from error
                 except (ValueError, urllib3.exceptions.HTTPError) as error:  # in headers
                     raise TransferError(f"{host}: invalid answer: {reason(error)}") from error
                 else:

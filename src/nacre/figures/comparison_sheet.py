@@ -10,7 +10,7 @@ from nacre.array import Floats, Image
 from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.figures.difference_sheet import Row, difference_sheet
-from nacre.figures.page import Bytes, scale_end
+from nacre.figures.page import Bytes, scale_end, scale_note
 from nacre.metrics.comparison import Comparison, LightComparison
 from nacre.metrics.metrics import flip
 from nacre.mitsuba.lights import Light
@@ -45,7 +45,6 @@ def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) 
         )
         label = _NAMES.get(item.light, item.light)
         rows.append(Row(truth, other, item.flip_map, label, _figures(item), sphere=True))
-    maps = [item.flip_map[comparison.mask] for item in comparison.lights]
     if views is not None:
         first, second = (tone_map(view) for view in views)
         errors = flip(first, second)
@@ -54,16 +53,24 @@ def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) 
         errors = flip(known.low, known.high)
         note = f"from | to, of 90 %; {known.inside:.0%} of the reference inside"
         rows.append(Row(known.low, known.high, errors, "Plausible", note, sphere=True))
-        maps.append(errors[comparison.mask])
-    scale = scale_end(maps)
+    scale = flip_scale(comparison)
     angles = comparison.angles
     notes = (
         f"Over {angles.count:,} pairs of directions: log-cosine error {angles.log_cosine:.4f}, "
         f"median relative error {angles.relative_median:.1%}",
-        f"FLIP error from 0 (equal) to 1; colors end at {scale:g}",
+        f"FLIP error from 0 (equal) to 1; {scale_note(scale)}",
+        str(comparison.verdict),
     )
     names = comparison.truth, comparison.other
     return difference_sheet(rows, scale, "Difference (FLIP)", names, notes)
+
+
+def flip_scale(comparison: Comparison) -> float:
+    """The FLIP error at the bright end of the sheet's color scale."""
+    maps = [item.flip_map[comparison.mask] for item in comparison.lights]
+    if (known := comparison.plausible) is not None:
+        maps.append(flip(known.low, known.high)[comparison.mask])
+    return scale_end(maps)
 
 
 def _smooth(image: Image, brdf: Brdf, light: Light) -> Image:

@@ -95,6 +95,8 @@ def difference_sheet(
         page.text(x, y + 0.24, name, 9.0, FAINT, limit=_CELL)
     if any(names):
         page.error_scale(_COLUMNS[2], y + 0.13, _CELL, scale)
+        where = f"0 to {scale:g} here"
+        page.text(_COLUMNS[2] + _CELL, y, where, 8.0, FAINT, ha="right")
     y, right = header, WIDTH - _MARGIN
     for row, tall in zip(rows, heights, strict=True):
         width, high = row.layout(cell)

@@ -42,6 +42,11 @@ def scale_end(errors: Iterable[Floats]) -> float:
     return next((end for end in SCALES if end >= peak), SCALES[-1])
 
 
+def scale_note(end: float) -> str:
+    """Where the color scale for errors ends: other sheets may have another."""
+    return f"colors end at {end:g} on this sheet"
+
+
 def display_bytes(values: Floats) -> Bytes:
     """Bytes for display values, clipped to [0, 1]."""
     return np.asarray(np.rint(np.clip(values, 0.0, 1.0) * 255.0).astype(np.uint8))

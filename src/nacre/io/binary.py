@@ -6,7 +6,7 @@ import struct
 from mmap import mmap
 from typing import Any
 
-from nacre.errors import FormatError
+from nacre.errors import CUT_SHORT, FormatError
 from nacre.io.files import PathLike
 
 
@@ -32,6 +32,6 @@ class BinaryReader:
         """Move on by a number of bytes, of any size; returns the position before."""
         start = self.position
         if start + length > len(self.data):
-            raise FormatError(f"{self.path}: ends within {what}; the file is cut short or damaged")
+            raise FormatError(f"{self.path}: ends within {what}; {CUT_SHORT}")
         self.position = start + length
         return start

@@ -24,6 +24,7 @@ from nacre.io.outputs import check_replaceable, record_output
 PathLike: TypeAlias = str | os.PathLike[str]
 Identity: TypeAlias = tuple[int, int, int]
 
+_EMPTY = "is empty; copy or download it again"
 _SETTLED = 2_000_000_000  # nanoseconds since a file was written
 
 _TEMPORARY = re.compile(r"\.([0-9a-f]{6})([0-9a-f]{6})[0-9a-f]{4}(\.\w+)?")
@@ -48,7 +49,7 @@ def read_head(path: PathLike, count: int = HEAD) -> bytes:
     settled = found is not None and time.time_ns() - found[2] > _SETTLED
     head = (_head if settled else _head.__wrapped__)(Path(path), count, found)
     if not head:
-        raise FormatError(f"{path}: is empty")
+        raise FormatError(f"{path}: {_EMPTY}")
     return head
 
 
@@ -121,7 +122,7 @@ def check_size(path: Path, limit: int) -> None:
     """
     size = check_regular(path)
     if size == 0:
-        raise FormatError(f"{path}: is empty")
+        raise FormatError(f"{path}: {_EMPTY}")
     if size > limit:
         raise FormatError(f"{path}: {size} bytes, more than the {limit} this format can need")
 

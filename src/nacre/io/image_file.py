@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.errors import FormatError, NacreError, reason, require
+from nacre.errors import CUT_SHORT, FormatError, NacreError, reason, require
 from nacre.io import radiance_image
 from nacre.io.files import PathLike, opened
 from nacre.io.memory import address_space
@@ -238,7 +238,7 @@ def _critical_chunks(data: bytes, path: PathLike) -> bytes:
         kind = data[offset + 4 : offset + 8]
         end = offset + 12 + int.from_bytes(data[offset : offset + 4], "big")
         if end > len(data):
-            raise FormatError(f"{path}: ends within its pixels; the file is cut short")
+            raise FormatError(f"{path}: ends within its pixels; {CUT_SHORT}")
         if kind[:1].isupper():
             kept.append(data[offset:end])
         offset = end

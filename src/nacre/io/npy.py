@@ -82,7 +82,9 @@ def archive_errors(path: PathLike) -> Iterator[None]:
         raise FormatError(f"{path}: cannot be read: {error.strerror or reason(error)}") from error
     except Exception as error:
         part = "its content" if isinstance(error, zlib.error | EOFError) else "its list of arrays"
-        raise FormatError(f"{path}: is not a whole .npz archive: {part} is damaged") from error
+        raise FormatError(
+            f"{path}: is not a whole .npz archive: {part} is damaged; copy or download it again"
+        ) from error
 
 
 def unpack_member(

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import safetensors.numpy
 from safetensors import SafetensorError
 
-from nacre.errors import FormatError, reason
+from nacre.errors import CUT_SHORT, FormatError, reason
 from nacre.io.files import PathLike, check_json, check_regular, read_bytes
 
 Tensors = dict[str, npt.NDArray[Any]]
@@ -59,7 +59,7 @@ def from_file(path: PathLike, key: str, limit: int, what: str) -> tuple[Any, Ten
         size = int.from_bytes(data[:8], "little")
         header = json.loads(json.loads(data[8 : 8 + size])["__metadata__"][key])
     except SafetensorError as error:
-        raise FormatError(f"{path}: is not a whole safetensors file: {reason(error)}") from error
+        raise FormatError(f"{path}: is not a whole safetensors file: {CUT_SHORT}") from error
     except (KeyError, TypeError, ValueError, RecursionError) as error:
         raise FormatError(f"{path}: is a safetensors file, but not {what}") from error
     return header, tensors

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from nacre.errors import FormatError, reason
+from nacre.errors import CUT_SHORT, FormatError, reason
 from nacre.geometry import from_spherical, join
 from nacre.io.files import PathLike, read_bytes
 from nacre.io.format import Format
@@ -43,7 +43,7 @@ def load(path: PathLike) -> ScatteredBrdf:
     if not data.isascii():
         raise FormatError(f"{path}: is not ASCII text, not a Cornell scan")
     if not data.endswith(b"\n"):
-        raise FormatError(f"{path}: the last line does not end; the file is cut short")
+        raise FormatError(f"{path}: the last line does not end; {CUT_SHORT}")
     try:
         numbers = _numbers(_lines(data))
     except ValueError as error:
@@ -84,7 +84,7 @@ def _tables(
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Wavelengths (bands,) and rows of samples (n, 4 + bands), checked against each other."""
     if not len(numbers):
-        raise FormatError(f"{path}: holds no numbers; the file is cut short")
+        raise FormatError(f"{path}: holds no numbers; {CUT_SHORT}")
     if not 1 <= numbers[0] <= _BAND_LIMIT or numbers[0] != int(numbers[0]):
         raise FormatError(f"{path}: number of bands: {numbers[0]:g}, expected 1 to {_BAND_LIMIT}")
     bands = int(numbers[0])
@@ -97,7 +97,7 @@ def _tables(
     if not len(rest) or len(rest) % width:
         raise FormatError(
             f"{path}: samples: {len(rest)} numbers, expected a multiple of {width} "
-            f"({_ANGLES} angles and {bands} bands each); the file is cut short or damaged"
+            f"({_ANGLES} angles and {bands} bands each); {CUT_SHORT}"
         )
     rows = rest.reshape(-1, width)
     if rows[:, (0, 2)].min() < 0.0 or rows[:, (0, 2)].max() > math.pi:

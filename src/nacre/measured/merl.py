@@ -22,7 +22,7 @@ import numpy as np
 
 from nacre.array import Components
 from nacre.brdf import Brdf
-from nacre.errors import FormatError
+from nacre.errors import CUT_SHORT, FormatError
 from nacre.geometry import from_rusinkiewicz_angles, join
 from nacre.io.files import PathLike, atomic_path, read_bytes
 from nacre.io.format import Format
@@ -114,7 +114,7 @@ def load(path: PathLike, interpolation: Interpolation = "trilinear") -> MerlBrdf
     """
     data = read_bytes(path, _SIZE_LIMIT)
     if len(data) < _HEADER.size:
-        raise FormatError(f"{path}: ends within the header; the file is cut short")
+        raise FormatError(f"{path}: ends within the header; {CUT_SHORT}")
     dimensions = _HEADER.unpack_from(data)
     contents = f"{' x '.join(map(str, dimensions))} nodes"
     if not _recognize(data):

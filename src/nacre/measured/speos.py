@@ -15,7 +15,7 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.brdf import Brdf
-from nacre.errors import FormatError, printable
+from nacre.errors import CUT_SHORT, FormatError, printable
 from nacre.io.files import PathLike, atomic_path, read_bytes
 from nacre.io.format import Format
 from nacre.measured.deduplication import from_measurement
@@ -74,7 +74,7 @@ def _start(path: PathLike) -> tuple[Words, str]:
     except UnicodeDecodeError as error:
         raise FormatError(f"{path}: is not UTF-8 text; a binary file is not read") from error
     if not text.endswith("\n"):
-        raise FormatError(f"{path}: the last line does not end; the file is cut short")
+        raise FormatError(f"{path}: the last line does not end; {CUT_SHORT}")
     lines = text[:2000].split("\n", 4)
     title = lines[0].strip()
     if title != _TITLE:

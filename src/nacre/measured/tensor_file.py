@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.errors import FormatError
+from nacre.errors import CUT_SHORT, FormatError
 from nacre.io.binary import BinaryReader
 from nacre.io.files import PathLike, atomic_path, read_bytes
 
@@ -110,6 +110,6 @@ class _Reader(BinaryReader):
         if offset + size > len(self.data):
             raise FormatError(
                 f"{where}: {size} bytes at offset {offset} reach past the end of the file "
-                f"({len(self.data)} bytes); the file is cut short or damaged"
+                f"({len(self.data)} bytes); {CUT_SHORT}"
             )
         return np.frombuffer(self.data, dtype, math.prod(shape), offset).reshape(shape)

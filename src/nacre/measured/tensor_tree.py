@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Array, Floats, Table, namespace
+from nacre.errors import CUT_SHORT
 from nacre.measured.axis import zero_index
 
 DEPTH_LIMIT = 12  # max branches within each other
@@ -137,7 +138,7 @@ def parse(text: str, rank: int) -> TensorTree:
         if max(len(values), len(links)) > _COUNT_LIMIT:
             raise ValueError(f"has more than {_COUNT_LIMIT} values")
     if root is None:
-        raise ValueError("ends before its last brace; the file is cut short")
+        raise ValueError(f"ends before its last brace; {CUT_SHORT}")
     return TensorTree(
         rank,
         np.frombuffer(values, np.float32),

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from nacre.array import Floats
-from nacre.errors import FormatError
+from nacre.errors import CUT_SHORT, FormatError
 from nacre.io.files import PathLike
 from nacre.io.text_file import parse_number
 
@@ -29,7 +29,7 @@ class Words:
         """The next word, and the number of its line."""
         for found in self._words:
             return found
-        raise self.error(f"ends before {expected}; the file is cut short")
+        raise self.error(f"ends before {expected}; {CUT_SHORT}")
 
     def expect(self, expected: str) -> None:
         """Take a word that must be there, in any case."""

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from nacre.metrics.physics import anisotropy as anisotropy
     from nacre.metrics.physics import known_fraction as known_fraction
     from nacre.metrics.physics import reciprocity_error as reciprocity_error
+    from nacre.metrics.verdict import Verdict as Verdict
+    from nacre.metrics.verdict import verdict as verdict
 
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
@@ -36,5 +38,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         ],
         "noise": ["sampling_variance"],
         "physics": ["Estimate", "albedo", "anisotropy", "known_fraction", "reciprocity_error"],
+        "verdict": ["Verdict", "verdict"],
     },
 )

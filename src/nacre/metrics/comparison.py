@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -9,16 +10,31 @@ import numpy as np
 
 from nacre.array import Floats, Image, Mask
 from nacre.brdf import Brdf
+from nacre.color import tone_map
 from nacre.latent.estimates import plausible
 from nacre.latent.intervals import interval
 from nacre.metrics.metrics import AngularErrors, ImageErrors, angular_errors, image_errors
+from nacre.metrics.verdict import Verdict, verdict
 from nacre.mitsuba.environment import Environment
-from nacre.mitsuba.lights import DIRECTIONS, Light
+from nacre.mitsuba.lights import DIRECTIONS, DirectionalLight, Light
 from nacre.mitsuba.sphere import SIZE, render_sphere, standard_lights
 
 Row = tuple[str, str, float]
 """Where it was measured ("environment", "directional", "angles", ...), the measure, its value."""
 
+BETTER = {
+    "SSIM": "higher is better, 1 is equal",
+    "PSNR (dB)": "higher is better",
+    "MAE": "lower is better, of values from 0 to 1",
+    "RMSE": "lower is better",
+    "FLIP": "lower is better, 0 is equal, 1 the most",
+    "log-cosine error": "lower is better",
+    "log-cosine error, 95th percentile": "lower is better",
+    "relative error, median": "lower is better",
+    "RMSE of f cos (1/sr)": "lower is better",
+    "pixels in their 90 % interval": "0.9 is expected",
+}
+"""Which way each measure of :meth:`Comparison.rows` gets better."""
 
 _MATERIALS = 32  # plausible materials that are rendered
 # of light from the environment: fewer than for errors, as there are many pictures
@@ -58,6 +74,11 @@ class Comparison:
     materials: tuple[Brdf, Brdf]  # the reference and what is judged
     # alternatives to the latter under the environment, if known from few samples
     plausible: PlausibleViews | None = None
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether a viewer would see the difference, under the light that shows it best."""
+        return verdict((item.light, item.flip_map[self.mask]) for item in self.lights)
 
     def rows(self) -> list[Row]:
         """All figures as a table, in the order in which they should be shown."""
@@ -143,6 +164,14 @@ def compare(
         materials=(truth, other),
         plausible=_plausible(truth, other, environment, size),
     )
+
+
+def directional_psnr(truth: Brdf, other: Brdf, size: int = SIZE) -> float:
+    """PSNR in dB of the spheres in directional light: that of :func:`compare`, in milliseconds."""
+    (a, mask), (b, _) = (render_sphere(brdf, DirectionalLight(), size) for brdf in (truth, other))
+    difference = (tone_map(a) - tone_map(b).astype(np.float64))[mask]
+    mean = float(np.mean(difference**2))
+    return -10.0 * math.log10(mean) if mean else math.inf
 
 
 def plausible_views(

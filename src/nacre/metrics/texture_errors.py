@@ -11,8 +11,13 @@ import numpy as np
 from nacre.array import Doubles, Floats
 
 BIN = 15.0  # degrees of polar angle of the view per bin
-UNITS = {"MAE": "reflectance factor", "PSNR": "dB, for a peak of 1"}
-"""Units of :meth:`Errors.facts`, where they have one."""
+UNITS = {
+    "MSE x 1e4": "lower is better",
+    "MAE": "reflectance factor; lower is better",
+    "PSNR": "dB, for a peak of 1; higher is better",
+    "relative RMSE": "lower is better, 0 is equal",
+}
+"""Units of :meth:`Errors.facts`, where they have one, and which way is better."""
 _BINS = round(90.0 / BIN)
 _EDGE = 0.05  # degrees that a ring on an edge may be off
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Sequence
+from typing import Any
 
 from nacre.array import Array, Components
 from nacre.brdf import Brdf
@@ -29,6 +30,16 @@ class NetworkBrdf(Brdf):
     angle: float = 0.0  # azimuth of the axis that the inputs take for x, in radians
 
     shared_layers: int = 0  # how many of the first layers all materials of a family share
+
+    @property
+    def weights(self) -> tuple[Any, ...]:
+        """Weights of every layer, shape (inputs, outputs) each, as they are stored."""
+        return tuple(layer.weights for layer in self.layers)
+
+    @property
+    def biases(self) -> tuple[Any, ...]:
+        """Biases of every layer, shape (outputs,) each."""
+        return tuple(layer.biases for layer in self.layers)
 
     @abc.abstractmethod
     def from_outputs(self, values: Sequence[Array]) -> Components:

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Weights
-from nacre.errors import FormatError, reason
+from nacre.errors import CUT_SHORT, FormatError, reason
 from nacre.io.files import PathLike, read_bytes, write_encoded
 from nacre.io.format import Format
 from nacre.io.npy import MAGIC, parse_npy
@@ -58,7 +58,8 @@ def load_h5(path: PathLike) -> NeuralBrdf:
     except ValueError as error:
         raise FormatError(f"{path}: is not an NBRDF network: {reason(error)}") from error
     except Exception as error:  # HDF5 meets damage in many ways
-        raise FormatError(f"{path}: is not a whole Keras weight file: {reason(error)}") from error
+        problem = CUT_SHORT if isinstance(error, OSError) else reason(error)
+        raise FormatError(f"{path}: is not a whole Keras weight file: {problem}") from error
 
 
 def save_h5(network: NeuralBrdf, path: PathLike) -> None:

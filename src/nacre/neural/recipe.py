@@ -21,7 +21,8 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
     "standard": {},
     "best": {"epochs": 1000},
 }
-"""Settings of a :class:`Recipe` by name, taking about 0.3 s, 1.5 s and 12 s on two cores."""
+"""Settings of a :class:`Recipe` by name, taking about 0.3 s, 1.5 s and 12 s for an isotropic
+material on two idle server cores (`docs/results/speed.md`)."""
 
 
 @dataclass(frozen=True)

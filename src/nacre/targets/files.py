@@ -47,15 +47,30 @@ def export(
     NacreError
         If there is no such target, it cannot hold the material, or a file cannot be written.
     """
+    found = contents(material, target, name=name, heights=heights, progress=progress)
+    return write_files(found, output)
+
+
+def contents(
+    material: Brdf | Btf,
+    target: str,
+    *,
+    name: str = "",
+    heights: HeightField | None = None,
+    progress: Progress | None = None,
+) -> Mapping[str, bytes]:
+    """What :func:`export` writes, by the names of the files.
+
+    Raises NacreError if there is no such target, or it cannot hold the material.
+    """
     named = identifier(name or material.name)
     try:
         chosen = _target(target, heights)
         if isinstance(material, Brdf):
             material = chosen.held(chosen.reflectance(material), progress)
-        contents = chosen.files(material, named)
+        return chosen.files(material, named)
     except NacreError as error:
         raise NacreError(f"{target}: {error}") from error
-    return write_files(contents, output)
 
 
 def _target(name: str, heights: HeightField | None) -> Target:

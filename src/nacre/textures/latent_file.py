@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
+from nacre.btf import Btf
 from nacre.errors import FormatError
 from nacre.io.files import PathLike, digest, write_encoded
 from nacre.io.format import Format
@@ -219,11 +220,18 @@ def _load_material(path: Path) -> TexelBrdf:
         raise FormatError(f"{path}: {error}; nacre btf average turns it into one") from error
 
 
+def _save(texture: Btf, path: Path) -> None:
+    if texture.latent is None:
+        raise FormatError(f"{path}: holds encoded textures only; encode this one with nacre fit")
+    save_latent_map(texture.latent, path)
+
+
 FORMAT = Format(
     "nacre encoded texture",
     (".safetensors",),
     lambda head: looks_like_tensors(head) and header_key(head) in (None, KEY),
     lambda path: NeuralBtf(load_latent_map(path), where=str(path)),
+    _save,
     kind="btf",
     claims=lambda path: has_header(path, KEY),
     load_material=_load_material,

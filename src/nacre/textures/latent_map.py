@@ -67,6 +67,7 @@ class NeuralBtf(Btf):
     """
 
     decodable = True
+    not_content = frozenset({"_where"})
 
     def __init__(
         self, latent: LatentMap, directions: tuple[Floats, Floats] | None = None, where: str = ""

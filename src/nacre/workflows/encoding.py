@@ -27,7 +27,7 @@ from nacre.runtime.store import Store
 from nacre.textures.codecs.codec import TexelCodec, on_all_cores
 from nacre.textures.codecs.codec_file import PRETRAINED, codec_path, load_codec
 from nacre.textures.latent_file import check_latent_path, save_latent_map
-from nacre.textures.latent_map import CodecFile, LatentMap
+from nacre.textures.latent_map import CodecFile, LatentMap, NeuralBtf
 from nacre.workflows.identity import source_files, source_fingerprint
 
 BLOCK = 1 << 28
@@ -254,13 +254,8 @@ def encode_texture(
             progress=progress,
         )
     seconds = time.monotonic() - began
-    facts = {
-        "source": {"file": source.resolve().name, "sha256": (btf.source or {}).get("sha256")},
-        "model": model.name,
-        "errors": found.errors.facts() | {"pairs compared a texel": found.compared},
-    }
     named = CodecFile(model.name, model_digest) if reference else None
-    latent = LatentMap(found.codes, codec, btf.wi, btf.wo, btf.name, named, facts)
+    latent = _latent(btf, source.resolve().name, codec, model.name, found, named)
     save_latent_map(latent, output)
     remove_file(state)
     return EncodedTexture(
@@ -273,6 +268,52 @@ def encode_texture(
         output.stat().st_size,
         model if reference and not included else None,
     )
+
+
+def encoded_texture(
+    btf: Btf,
+    *,
+    model: PathLike | None = None,
+    half: bool = False,
+    texels_per_block: int | None = None,
+    progress: Progress = silent,
+) -> NeuralBtf:
+    """Encode a texture in memory; :func:`nacre.save` writes it as :func:`encode_texture` does.
+
+    Parameters are those of :func:`encode_texture`.
+
+    Raises
+    ------
+    FormatError
+        If the texture or the codec cannot be read.
+    NacreError
+        If the codec is for other directions.
+    """
+    path = codec_path(model)
+    codec = load_codec(path)
+    with transposed(btf, progress=progress) as texels:
+        found = encode(
+            texels, codec, half=half, texels_per_block=texels_per_block, progress=progress
+        )
+    file = (btf.source or {}).get("file", btf.name)
+    return NeuralBtf(_latent(btf, file, codec, path.name, found))
+
+
+def _latent(
+    btf: Btf,
+    file: str,
+    codec: TexelCodec,
+    model: str,
+    found: Encoding,
+    named: CodecFile | None = None,
+) -> LatentMap:
+    """The codes of a texture from a file, by the codec in a file, with what is known of both."""
+    facts = {
+        "source": {"file": file, "sha256": (btf.source or {}).get("sha256")},
+        "model": model,
+        "errors": found.errors.facts() | {"pairs compared a texel": found.compared},
+    }
+    return LatentMap(found.codes, codec, btf.wi, btf.wo, btf.name, named, facts)
 
 
 def _read_ahead(btf: Btf, start: int, step: int) -> Iterator[tuple[slice, Floats]]:

@@ -11,6 +11,7 @@ from pathlib import Path
 import nacre
 from nacre.errors import FormatError, NacreError, printable
 from nacre.io.files import PathLike, atomic_path, check_writable
+from nacre.io.names import stem
 from nacre.runtime.parallel import core_count
 from nacre.workflows.executor import Executor, Job
 from nacre.workflows.fitting import Fitting, NetworkFitting
@@ -63,7 +64,7 @@ def output_paths(
                 "folder"
             )
     folder.mkdir(parents=True, exist_ok=True)
-    targets = [folder / f"{path.stem}{ending}" for path in sources]
+    targets = [folder / f"{stem(path)}{ending}" for path in sources]
     if len(set(targets)) < len(targets):
         raise FormatError("two fits would have the same name; write them to two folders")
     return targets

@@ -159,7 +159,7 @@ class NetworkFitting(Fitting):
         return _finite(fitted.metadata["quality"])
 
     def summary(self, fitted: Any) -> str:
-        memory = f"{fitted.weight_count} weights ({fitted.nbytes:,} bytes)"
+        memory = f"{fitted.weight_count} weights of {fitted.nbytes:,} bytes"
         known = estimates.in_words(estimates.facts(fitted))
         return f"{memory}, {fitted.loss_text()}{_validation(fitted.metadata['quality'])}{known}"
 

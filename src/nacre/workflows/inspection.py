@@ -9,14 +9,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nacre.brdf import Brdf
+from nacre.btf import Btf
 from nacre.errors import FormatError, reason
 from nacre.formats import identify, load_brdf, load_btf
 from nacre.included import resolve
 from nacre.io.files import PathLike, check_json, read_bytes
 from nacre.io.tensors import has_header
 from nacre.latent.estimates import facts as plausible_facts
+from nacre.workflows import sentences
+from nacre.workflows.sentences import Sentences
 
 if TYPE_CHECKING:
+    from nacre.io.format import Format
     from nacre.measured.textures.image_folder import Quantity
 
 _CODE_LIMIT = 1 << 20
@@ -59,6 +63,8 @@ class Inspection:
     facts: Mapping[str, Any]  # in the order to show them
     units: Mapping[str, str]  # of the facts that have one
     brdf: Brdf | None = None
+    sentences: Sentences = ("", "", "")
+    looks_wrong: bool = False  # what the last of the sentences says
 
 
 def inspect(path: PathLike, *, physics: bool = True, pixels: Quantity | None = None) -> Inspection:
@@ -85,37 +91,53 @@ def inspect(path: PathLike, *, physics: bool = True, pixels: Quantity | None = N
         return other
     entry = identify(path)
     if entry.kind == "brdf":
-        return _reflectance(path, load_brdf(path), physics)
+        return _reflectance(path, entry, load_brdf(path), physics)
     if pixels is not None and entry.claims_folder is None:
         raise FormatError(f"{path}: defines its values itself; --pixels is for folders of images")
     texture = load_btf(path, quantity=pixels)
     if texture.texel_count == 1 and entry.load_material is not None:
-        return _reflectance(path, load_brdf(path), physics)
-    from nacre.textures.selection import some_values
-
-    values = some_values(texture)
-    facts = texture.describe() | {
-        "value range": [float(values.min()), float(values.max())],
-        "mean value": [float(x) for x in values.mean(axis=0, dtype=float)],
-        "format": entry.name,
-    }
+        return _reflectance(path, entry, load_brdf(path), physics)
+    facts = {**inspect_material(texture).facts, "format": entry.name}
     if path.is_file():
         facts["bytes"] = path.stat().st_size
     facts |= _terms(texture.source)
-    return Inspection("btf", facts, _known(facts, _TEXTURE_UNITS))
+    said, wrong = sentences.texture(facts, entry, path.name)
+    return Inspection("btf", facts, _known(facts, _TEXTURE_UNITS), None, said, wrong)
 
 
-def _reflectance(path: Path, brdf: Brdf, physics: bool) -> Inspection:
-    facts, units = dict(brdf.describe()) | plausible_facts(brdf), dict(_UNITS)
+def inspect_material(material: Brdf | Btf, *, physics: bool = True) -> Inspection:
+    """Facts about a material in memory, without those of its file; see :func:`inspect`."""
+    if isinstance(material, Btf):
+        from nacre.textures.selection import some_values
+
+        values = some_values(material)
+        facts = material.describe() | {
+            "value range": [float(values.min()), float(values.max())],
+            "mean value": [float(x) for x in values.mean(axis=0, dtype=float)],
+        }
+        said, wrong = sentences.texture(facts)
+        return Inspection("btf", facts, _known(facts, _TEXTURE_UNITS), None, said, wrong)
+    facts, units = dict(material.describe()) | plausible_facts(material), dict(_UNITS)
     if physics:
         from nacre.metrics.facts import UNITS, physical_facts
 
-        facts |= physical_facts(brdf)
+        facts |= physical_facts(material)
         units |= UNITS
-    facts["bytes"] = path.stat().st_size
-    facts["sha256"] = (brdf.source or {}).get("sha256", "")
-    facts |= _terms(brdf.source)
-    return Inspection("brdf", facts, _known(facts, units), brdf)
+    said, wrong = sentences.reflectance(facts, material)
+    return Inspection("brdf", facts, _known(facts, units), material, said, wrong)
+
+
+def _reflectance(path: Path, entry: Format, brdf: Brdf, physics: bool) -> Inspection:
+    found = inspect_material(brdf, physics=physics)
+    facts = {
+        **found.facts,
+        "bytes": path.stat().st_size,
+        "sha256": (brdf.source or {}).get("sha256", ""),
+        **_terms(brdf.source),
+    }
+    said, wrong = sentences.reflectance(facts, brdf, entry, path.name)
+    units = {**found.units, **_known(facts, _UNITS)}
+    return Inspection("brdf", facts, units, brdf, said, wrong)
 
 
 def _terms(source: Mapping[str, str] | None) -> dict[str, str]:
@@ -135,7 +157,9 @@ def _other(path: Path) -> Inspection | None:
 
     facts: dict[str, Any]
     if has_header(path, CODEC):
-        return Inspection("codec", codec_facts(path), {"bytes": "bytes"})
+        facts = codec_facts(path)
+        said = sentences.other("codec", facts, path.name)
+        return Inspection("codec", facts, {"bytes": "bytes"}, None, said)
     if has_header(path, BASIS):
         kind, described = "basis", load_basis(path).describe()
         facts = {"model" if name == "kind" else name: value for name, value in described.items()}
@@ -147,7 +171,8 @@ def _other(path: Path) -> Inspection | None:
     else:
         return None
     facts["bytes"] = path.stat().st_size
-    return Inspection(kind, facts, _known(facts, _UNITS))
+    said = sentences.other(kind, facts, path.name)
+    return Inspection(kind, facts, _known(facts, _UNITS), None, said)
 
 
 def _code_facts(path: Path) -> dict[str, Any]:

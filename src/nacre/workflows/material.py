@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from nacre.brdf import Brdf
 from nacre.errors import NacreError, is_shortage, printable, reason
 from nacre.formats import load_brdf
+from nacre.metrics.comparison import directional_psnr
 from nacre.runtime.progress import Progress
 from nacre.workflows.fitting import Fitting
 
@@ -25,6 +26,7 @@ class Fit:
     seconds: float = 0.0
     error: str | None = None
     summary: str = ""  # the fit in one line
+    psnr: float | None = None  # of spheres in directional light, in dB, if compared
 
 
 def fit_file(path: Path, fitting: Fitting, progress: Progress) -> Fit:
@@ -38,7 +40,10 @@ def fit_file(path: Path, fitting: Fitting, progress: Progress) -> Fit:
         start = time.perf_counter()
         fitted = fitting.fit(brdf, progress)
         seconds = time.perf_counter() - start
-        return finished(fitting, fitted, (brdf.source or {}).get("sha256"), seconds)
+        fit = finished(fitting, fitted, (brdf.source or {}).get("sha256"), seconds)
+        # What is known at scattered directions only has no sphere to compare with.
+        known = brdf.scattered() is None
+        return replace(fit, psnr=directional_psnr(brdf, fitted)) if known else fit
     except Exception as error:
         return Fit(error=explain(error, path))
 

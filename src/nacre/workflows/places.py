@@ -105,28 +105,40 @@ def export_to_place(
 ) -> tuple[list[Candidate], list[Path]]:
     """Write what shows a material best in a place, with a readme of three lines.
 
+    Parameters are those of :func:`place_contents`, and `output`, the folder to write into. Returns
+    the candidates and the written files.
+
+    Raises NacreError if no representation can hold the material, or a file cannot be written.
+    """
+    found, contents = place_contents(material, place, name=name, progress=progress)
+    return found, write_files(contents, f"{output or '.'}/")
+
+
+def place_contents(
+    material: Brdf, place: str, *, name: str = "", progress: Progress | None = None
+) -> tuple[list[Candidate], Mapping[str, bytes]]:
+    """The files that show a material best in a place, with a readme of three lines.
+
     Parameters
     ----------
     material
         Any reflectance.
     place
         One of :data:`PLACES`.
-    output
-        Folder to write into.
     name
         Prefix of the file names, made an :func:`nacre.targets.identifier`; the material's if empty.
 
     Returns
     -------
     candidates
-        All representations that could be made; the first was written.
-    files
-        The written files.
+        All representations that could be made, the best first.
+    contents
+        The files of the best by name.
 
     Raises
     ------
     NacreError
-        If no representation can hold the material, or a file cannot be written.
+        If no representation can hold the material.
     """
     identified = identifier(name or material.name)
     report, found, problems = progress or silent, [], []
@@ -141,7 +153,7 @@ def export_to_place(
     found.sort(key=lambda candidate: candidate.flip)
     best = found[0]
     readme = {f"{identified}-readme.txt": _readme(material, best, identified).encode()}
-    return found, write_files({**best.files, **readme}, f"{output or '.'}/")
+    return found, {**best.files, **readme}
 
 
 def _candidate(

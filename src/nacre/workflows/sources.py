@@ -11,6 +11,7 @@ from pathlib import Path, PurePosixPath
 from nacre.errors import FormatError
 from nacre.formats import has_measured_ending, is_measured
 from nacre.io.files import PathLike
+from nacre.io.names import stem
 
 
 @dataclass(frozen=True)
@@ -99,16 +100,16 @@ def output_names(sources: Sequence[Source], ending: str) -> list[str]:
     """The file for each source's fit, relative to the folder of the fits.
 
     It is the source's relative path with another ending: `metals/gold.safetensors` for
-    `metals/gold.binary`. If two sources would share a name, both keep their own ending as well:
-    `gold.binary.safetensors` and `gold.bsdf.safetensors`. Case does not distinguish names, because
-    some file systems ignore it.
+    `metals/gold.binary` and `metals/gold.binary.gz`. If two sources would share a name, both keep
+    their own ending as well: `gold.binary.safetensors` and `gold.bsdf.safetensors`. Case does not
+    distinguish names, because some file systems ignore it.
 
     Raises
     ------
     FormatError
         If two sources share their whole relative path.
     """
-    short = [str(source.relative.with_suffix(ending)) for source in sources]
+    short = [str(source.relative.with_name(f"{stem(source.path)}{ending}")) for source in sources]
     shared = Counter(name.casefold() for name in short)
     names: dict[str, Source] = {}
     result = []

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from nacre.metrics.temporal import TemporalErrors
 
 
+TEXTURE_SPP = 64
+"""Samples per pixel for a texture without denoising."""
+
+
 @dataclass(frozen=True)
 class TextureView:
     """How to show a texture; the fields are the options of `nacre render`."""
@@ -31,7 +35,7 @@ class TextureView:
     angle: float = 45.0  # degrees between the view and a directional or point light
     repeat: int = 4  # times around the object
     size: int = 512  # width and height of a picture in pixels
-    spp: int = 64
+    spp: int = TEXTURE_SPP
     seed: int = 0
     denoise: bool = False  # if the denoiser is installed
     frames: int | None = None  # of an animation; a picture if None

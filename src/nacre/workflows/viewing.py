@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,12 +10,18 @@ from nacre.analytic.model import AnalyticBrdf
 from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
-from nacre.formats import formats, identify, load, load_brdf
+from nacre.formats import formats, identify, is_measured, load, load_brdf
 from nacre.io.files import PathLike
+from nacre.io.names import stem
+from nacre.io.packed import inner_names
+from nacre.mitsuba.environment import Environment
+from nacre.mitsuba.surroundings import ENVIRONMENTS
 from nacre.neural.nbrdf import NeuralBrdf
+from nacre.runtime.progress import Progress, silent
 from nacre.targets.textures import HeightField
 from nacre.targets.textures.atlas import encoded
-from nacre.viewer.content import Entry
+from nacre.viewer.content import Content, Entry
+from nacre.viewer.space import add_space
 from nacre.workflows.sources import Source, files_below, gather
 
 _NETWORK, _MEASURED = "Network", "Measured"
@@ -45,12 +51,14 @@ def find_materials(paths: Iterable[PathLike]) -> list[Source]:
 
 def _materials(root: Path) -> list[Source]:
     endings = {ending for entry in formats() for ending in entry.extensions}
+
+    def ends(path: Path) -> bool:
+        return any(Path(name).suffix.lower() in endings for name in inner_names(path))
+
     found = [
         source
         for source in files_below(root)
-        if source.path.suffix.lower() in endings
-        and not _is_relief(source.path)
-        and _is_known(source.path)
+        if ends(source.path) and not _is_relief(source.path) and _is_known(source.path)
     ]
     if not found:
         raise FormatError(f"{root}: holds no material")
@@ -63,10 +71,11 @@ def _is_relief(path: Path) -> bool:
 
 
 def _is_known(path: Path) -> bool:
+    """Whether a file holds a material, or should: then reading it says what is wrong."""
     try:
         identify(path)
     except FormatError:
-        return False
+        return is_measured(path)
     return True
 
 
@@ -82,8 +91,8 @@ def read_materials(
     """
     together: dict[Path, list[Source]] = {}
     for source in files:
-        together.setdefault(source.path.with_suffix(""), []).append(source)
-    for stem, several in together.items():
+        together.setdefault(source.path.with_name(stem(source.path)), []).append(source)
+    for place, several in together.items():
         forms: dict[str, Brdf] = {}
         names = []
         for source in several:
@@ -105,10 +114,92 @@ def read_materials(
             forms[label] = material
             names.append(material.name)
         if forms:
-            ordered = dict(sorted(forms.items(), key=lambda form: form[0] != _NETWORK))
-            name = next(filter(None, names), None) or stem.name
-            reference = next((label for label in (_MEASURED, *ordered) if label in ordered), "")
-            yield Entry(name, ordered, _group(several[0]), {"File": stem.name}, reference)
+            name = next(filter(None, names), None) or place.name
+            yield _entry(name, forms, _group(several[0]), {"File": place.name})
+
+
+def in_memory(materials: Iterable[Brdf | Btf]) -> Iterator[Entry | Texture]:
+    """Materials as :func:`read_materials` yields them: reflectances of one name are its forms.
+
+    Raises NacreError for a texture that is not encoded.
+    """
+    together: dict[str, list[Brdf]] = {}
+    for index, material in enumerate(materials, 1):
+        if isinstance(material, Btf):
+            encoded(material)
+            yield Texture(material, None)
+        else:
+            together.setdefault(material.name or f"material {index}", []).append(material)
+    for name, several in together.items():
+        forms: dict[str, Brdf] = {}
+        for brdf in several:
+            label = _label(brdf)
+            forms[label if label not in forms else f"{label} {len(forms) + 1}"] = brdf
+        yield _entry(name, forms)
+
+
+def _entry(
+    name: str, forms: Mapping[str, Brdf], group: str = "", facts: Mapping[str, str] | None = None
+) -> Entry:
+    """A material with its forms, the network first, and errors against the measurement."""
+    ordered = dict(sorted(forms.items(), key=lambda form: form[0] != _NETWORK))
+    reference = next((label for label in (_MEASURED, *ordered) if label in ordered), "")
+    return Entry(name, ordered, group, facts or {}, reference)
+
+
+def page_content(
+    materials: Iterable[Entry | Texture],
+    *,
+    environments: Sequence[Environment] = (),
+    mapped: bool = False,
+    heights: HeightField | None = None,
+    notice: str | None = None,
+    total: int = 0,
+    progress: Progress = silent,
+) -> tuple[Content, int]:
+    """What a page holds, and the number of materials and textures on it.
+
+    Parameters
+    ----------
+    materials
+        From :func:`read_materials` or :func:`in_memory`.
+    environments
+        Lights to offer; the built-in ones if there are none.
+    mapped
+        Add a map for exploring what lies between the materials.
+    heights
+        For parallax of the only texture.
+    notice
+        Text for the foot of the page.
+    total
+        Number of materials, for `progress`.
+
+    Raises
+    ------
+    NacreError
+        If there is no material, a page cannot show one, or `heights` or `mapped` cannot be used.
+    """
+    content = Content(environments or [make() for make in ENVIRONMENTS.values()])
+    entries: list[Entry] = []
+    textures: list[Texture] = []
+    for material in materials:
+        progress("reading", len(entries) + len(textures), total, "")
+        if isinstance(material, Texture):
+            textures.append(material)
+        else:
+            content.add(material)
+            entries.append(material)
+    if heights is not None and len(textures) != 1:
+        raise NacreError(f"--height-field: is for one texture, not for {len(textures)}")
+    for texture in textures:
+        content.add_texture(texture.btf, heights or texture.heights, progress=progress)
+    if not entries and not textures:
+        raise NacreError("no material could be read")
+    if mapped and not add_space(content, entries, progress=progress):
+        raise NacreError(f"--map: {len(entries)} materials are too few, or too many have no code")
+    if notice is not None:
+        content.facts["notice"] = notice
+    return content, len(entries) + len(textures)
 
 
 def _group(source: Source) -> str:

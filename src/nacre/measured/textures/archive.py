@@ -46,6 +46,8 @@ _ENCRYPTED = 1
 class _ArchiveBtf(TableBtf):
     """Values in a file, which are checked as they are used."""
 
+    not_content = frozenset({"_path", "_file"})
+
     def __init__(
         self, path: Path, file: MappedFile | None, values: npt.NDArray[Any], *rest: Any
     ) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, get_args
 
@@ -73,8 +73,12 @@ class ImageFolderBtf(Btf):
         super().__init__(width, height, wi, wo, name=name)
         for path in self.files:
             self._check(path, read_header(path))
+
+    @functools.cached_property
+    def _image(self) -> Callable[[int], npt.NDArray[np.float32]]:
+        """A picture by its number; those of late are kept."""
         kept = max(1, _CACHE_SIZE // (12 * self.texel_count))
-        self._image = functools.lru_cache(kept)(self._decode)
+        return functools.lru_cache(kept)(self._decode)
 
     def describe(self) -> dict[str, Any]:
         first = self._first

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from nacre.brdf import Brdf
-from nacre.errors import FormatError
+from nacre.errors import CUT_SHORT, FormatError
 from nacre.io.files import check_json, check_regular, check_size, opened
 from nacre.io.format import Format
 from nacre.runtime.progress import Progress
@@ -166,12 +166,12 @@ def _text(path: Path) -> bytes:
             check_size(Path(path), _LIMIT)
             return head + file.read()
         if len(head) < _HEADER.size:
-            raise FormatError(f"{path}: ends within the header; the file is cut short or damaged")
+            raise FormatError(f"{path}: ends within the header; {CUT_SHORT}")
         _, version, total, length, kind = _HEADER.unpack(head)
         if (version, kind) != (_VERSION, _JSON):
             raise FormatError(f"{path}: is not glTF 2.0: version {version}, first chunk {kind:#x}")
         if total != size or length > total - _HEADER.size:
-            raise FormatError(f"{path}: is cut short or damaged: {size} bytes of {total}")
+            raise FormatError(f"{path}: has {size} of {total} bytes; {CUT_SHORT}")
         if length > _LIMIT:
             raise FormatError(f"{path}: {length} bytes of JSON, more than the {_LIMIT} read")
         return file.read(length)

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from nacre.errors import FormatError
+from nacre.errors import CUT_SHORT, FormatError
 
 DEPTH_LIMIT = 64
 """The most levels of nested prims, or values."""
@@ -92,7 +92,7 @@ class _Parser:
 
     def _unexpected(self, wanted: str, word: str) -> FormatError:
         if not word:
-            return self._fail(f"ends where {wanted} is expected; the file is cut short")
+            return self._fail(f"ends where {wanted} is expected; {CUT_SHORT}")
         return self._fail(f"expected {wanted}, found {word[:40]!r}")
 
     def _next(self) -> tuple[str, str]:
