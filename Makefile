@@ -31,6 +31,7 @@ lint: setup
 
 bench: lab  ## Speed and quality tables; takes about an hour.
 	$(RUN) -m lab.studies.speed.fit
+	$(RUN) -m lab.studies.speed.process
 	$(RUN) -m lab.studies.speed.cluster
 	$(RUN) -m lab.studies.speed.stacked --samples 80000
 	$(RUN) -m lab.studies.speed.evaluate

@@ -6,7 +6,6 @@ import gc
 import os
 import signal
 import sys
-import tempfile
 from collections.abc import Iterator
 from typing import Any
 
@@ -14,7 +13,6 @@ import pytest
 
 # Shells start what runs in the background with Ctrl-C ignored.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-os.environ.setdefault("NACRE_STATE", tempfile.mkdtemp(prefix="nacre-state-"))
 # As many processes as cores run tests: more threads would wait for one another.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 

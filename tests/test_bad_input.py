@@ -135,11 +135,18 @@ def refused(case: Target, path: Path, *words: str) -> None:
 def test_what_is_no_file_is_refused(case: Target) -> None:
     folder = case.path.with_name(f"folder{case.specimen.name}")
     folder.mkdir()
-    refused(case, folder, "directory")
+    refused(case, folder, "directory", "no such file")
     case.path.write_bytes(b"")
     refused(case, case.path, "is empty")
     case.path.unlink()
-    refused(case, case.path, "cannot be read", "expected a name like", "not an NBRDF network")
+    refused(
+        case,
+        case.path,
+        "no such file",
+        "cannot be read",
+        "expected a name like",
+        "not an NBRDF network",
+    )
 
 
 def test_a_file_that_may_not_be_read_is_refused(
@@ -160,7 +167,7 @@ def test_a_file_that_vanishes_is_refused(case: Target, monkeypatch: pytest.Monke
     entry = formats.identify(case.path)
     monkeypatch.setattr(formats, "_identify", lambda *_: entry)
     case.path.unlink()
-    with pytest.raises(FormatError, match=r"cannot be read|not an NBRDF network"):
+    with pytest.raises(FormatError, match=r"no such file|cannot be read|not an NBRDF network"):
         nacre.load(case.path)
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +15,7 @@ from nacre import formats
 from nacre.btf import TableBtf
 from nacre.errors import FormatError, NacreError
 from nacre.io.files import digest
-from nacre.io.format import Format
+from nacre.io.format import HEAD, Format
 from nacre.measured import utia
 from nacre.neural import Layer, NeuralBrdf
 from nacre.textures.codecs.codec_file import PUBLISHED as CODEC
@@ -76,7 +78,7 @@ def test_content_decides_where_the_ending_says_nothing(tmp_path, name):
         (b"", "is empty"),
         (b"\x00", "holds only zeros"),
         (b"hello, this is a text file and no material at all", "no known format|something else"),
-        (None, "No such file"),
+        (None, "no such file"),
     ],
 )
 def test_files_of_no_format_are_refused_in_one_line(tmp_path, ending, content, words):
@@ -142,6 +144,56 @@ def test_a_new_format_is_asked_first(tmp_path, monkeypatch):
         formats.FORMATS.register("mine", mine)
     with pytest.raises(NacreError, match=r"is not a nacre\.io\.format\.Format"):
         formats.FORMATS.register("other", gray)
+
+
+@pytest.mark.parametrize("name", list(formats._SIGNATURES))
+def test_a_signature_says_what_the_entry_says(name):
+    signature, entry = formats._SIGNATURES[name], formats.FORMATS[name]
+    assert entry.name == name
+    said = signature.extensions, signature.kind, signature.measured
+    assert said == (entry.extensions, entry.kind, entry.measured)
+    assert signature.writes == (entry.save is not None)
+    assert signature.folders == (entry.claims_folder is not None)
+    assert (signature.pattern is None) == (entry.recognize is None)
+
+
+HEADS = [(name, content[:HEAD]) for name in SPECIMENS for content in SPECIMENS[name].files()]
+ODD = (b"", b"\0" * HEAD, b"# remark\n", b"\xff\xfet\0h\0e\0t\0a\0_\0i\0", b"FILE\tX", b"{}")
+
+
+def test_a_signature_leaves_out_nothing_that_the_entry_recognizes():
+    entries = [entry for entry in formats.formats() if entry.recognize is not None]
+    others = [change(head) for _, head in HEADS for change in (bytes.upper, bytes.lower)]
+    for head in [*(head for _, head in HEADS), *others, *ODD]:
+        for entry in entries:
+            if entry.recognize(head):
+                assert formats._SIGNATURES[entry.name].allows(head), (entry.name, head[:80])
+
+
+SHARED = {"comma-separated samples", "Cornell scan", "NumPy archive of a BTF", "MERL array (.npz)"}
+SHARED |= {"MERL array (.npy)", "NBRDF network (NumPy)", "nacre neural material"}
+SHARED |= {"nacre encoded texture"}
+
+
+@pytest.mark.parametrize("name", [name for name in SPECIMENS if formats.FORMATS[name].extensions])
+def test_only_the_format_of_a_file_is_imported(tmp_path, monkeypatch, name):
+    """But for formats that begin alike."""
+    path = tmp_path / SPECIMENS[name].name
+    path.write_bytes(next(iter(SPECIMENS[name].files())))
+    monkeypatch.setattr(formats.FORMATS, "_members", {})
+    formats.identify(path)
+    assert set(formats.FORMATS._members) - SHARED <= {name}
+
+
+def test_a_process_that_loads_a_table_imports_no_other_format(tmp_path):
+    path = tmp_path / "x.bsdf"
+    path.write_bytes(next(iter(SPECIMENS["RGL"].files())))
+    code = f"import sys, nacre; nacre.load({str(path)!r}); print(*sys.modules)"
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = set(ran.stdout.split())
+    places = {signature.place.partition(":")[0] for signature in formats._SIGNATURES.values()}
+    assert loaded & places == {"nacre.measured.rgl"}
+    assert not loaded & {"numba", "scipy", "rich", "click"}
 
 
 def test_every_format_is_listed_under_its_name():

@@ -49,7 +49,7 @@ def test_what_is_no_member_is_refused():
 
 
 def test_an_unknown_name_lists_the_known_ones():
-    with pytest.raises(NacreError, match=r"'x' is no known thing \(known: tables, numbers\)"):
+    with pytest.raises(NacreError, match=r"'x' is no known thing; known: tables, numbers"):
         registry().find("x")
     with pytest.raises(KeyError):
         registry()["x"]

@@ -395,8 +395,6 @@ def main() -> None:
     study.add_argument("--rounds", type=int, help="of a part, in place of its own number")
     study.add_argument("--count", type=int, default=10_000, help="materials of the library")
     options = study.options()
-    # Whatever HOME is: an empty one makes Dr.Jit compile.
-    os.environ.setdefault("NACRE_STATE", str(study.output.resolve() / "state"))
     if options.part is None:
         for name in (*PARTS, *LIBRARIES):
             subprocess.run([sys.executable, "-m", "lab.studies.endurance", name, *sys.argv[1:]])

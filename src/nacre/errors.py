@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import re
+from collections.abc import Iterable
 from types import ModuleType
 
 DISTRIBUTION = "nacre-materials"
@@ -28,9 +30,55 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
-def reason(error: Exception) -> str:
-    """What a library says went wrong, on one short line."""
-    return str(error).partition("\n")[0][:200]
+def did_you_mean(
+    name: str, known: Iterable[str], otherwise: str = "", *, similarity: float = 0.6
+) -> str:
+    """The end of a message about a name that is not known: "; did you mean gold or golden?".
+
+    Up to three names of at least this similarity, from 0 to 1, in any case, the nearest first;
+    where there is none, "; " and `otherwise`, such as where to find the names, or nothing if that
+    is empty.
+    """
+    import difflib
+
+    spelled = {each.lower(): each for each in reversed(list(known))}
+    near = difflib.get_close_matches(name.lower(), spelled, 3, similarity)
+    if near:
+        return f"; did you mean {in_words([spelled[each] for each in near], 'or')}?"
+    return f"; {otherwise}" if otherwise else ""
+
+
+def in_words(names: Iterable[str], last: str = "and") -> str:
+    """A list as it is said: "a, b and c"."""
+    *most, end = names
+    return f"{', '.join(most)} {last} {end}" if most else end
+
+
+_TRACEBACK = "Traceback (most recent call last):"
+_NOISE = re.compile(
+    r"\[(?:\w+\.(?:cpp|cu|cc|h|py):\d+|[A-Z]\w+)\]\s*(?:\w+\(\): )?"  # Mitsuba, Dr.Jit
+    r"|: \d+ : [A-Z_]+ : "  # ONNX Runtime, after its name
+    r"|\[enforce fail at [^\]]*\]\s*(?:err == 0\.\s*)?"  # PyTorch
+    r"|(?:/[\w.+-]+)+\.(?:cpp|cu|cc|h|hpp):\d+:?\s*(?:\S*::\S*\([^)]*\)\s*)?"  # ONNX Runtime
+    r"|\x1b\[[0-9;]*m|[❌\ufe0f]\s*"
+)
+"""What libraries put into their messages for their own developers: places in sources, marks."""
+_HDF5 = re.compile(r"Unable to (?:synchronously )?[\w -]+ \((.*)\)")
+_SYSTEM = re.compile(r".*error message = '([^']*)'.*")
+
+
+def reason(error: Exception, *, whole: bool = False) -> str:
+    """What a library says went wrong, on one short line: its first, or all lines if `whole`.
+
+    Places in the library's sources are left out, and so is the traceback of an error within Python
+    code that the library called, but for the error's own words.
+    """
+    text, traceback, inner = str(error).partition(_TRACEBACK)
+    if traceback:
+        text += inner.strip().rpartition("\n")[2].partition(": ")[2]
+    text = _NOISE.sub("", text).strip()
+    text = " ".join(text.split()) if whole else text.partition("\n")[0]
+    return _SYSTEM.sub(r"\1", _HDF5.sub(r"\1", text))[: 600 if whole else 200]
 
 
 _SHORTAGES = (

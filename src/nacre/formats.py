@@ -16,45 +16,98 @@ from nacre.errors import FormatError
 from nacre.included import resolve
 from nacre.io.disguise import disguise, missing, zeros
 from nacre.io.files import PathLike, first_bytes, read_head
-from nacre.io.format import Format, Kind
+from nacre.io.format import Format, Kind, Signature
 from nacre.io.packed import inner_names, is_packed, unpacked
 from nacre.io.source import Source
 from nacre.io.tensors import header_key
 from nacre.registry import Registry
 
+_SIGNATURES = {
+    "nacre neural material": Signature(
+        "nacre.neural.file:FORMAT", (".safetensors",),
+        rb'\A.{4}\0{4}\{(?!"__metadata__":\{"nacre [ a-z]+":)', measured=False,
+    ),
+    "analytic": Signature(
+        "nacre.analytic.file:FORMAT", (".json",), rb'\A\s*\{.*"model"', measured=False
+    ),
+    "table of fits": Signature(
+        "nacre.analytic.tables:FORMAT", (".fit",), rb"BSDF fits|Aggregate\(",
+        measured=False, writes=False,
+    ),
+    "glTF": Signature(
+        "nacre.standard.files.glb:FORMAT", (".glb", ".gltf"),
+        rb'\AglTF|\A\s*\{.*"(asset|materials|extensionsUsed|accessors|scenes)"', measured=False,
+    ),
+    "UBO2014": Signature(
+        "nacre.measured.textures.ubo2014:FORMAT", (".btf",), rb"\A!DFMF08FCR", "btf"
+    ),
+    "NumPy archive of a BTF": Signature(
+        "nacre.measured.textures.archive:FORMAT", (".npz",), rb"\APK\x03\x04", "btf"
+    ),
+    "nacre encoded texture": Signature(
+        "nacre.textures.latent_file:FORMAT", (".safetensors",),
+        rb'\A.{4}\0{4}\{(?!"__metadata__":\{"nacre(?! latent map")[ a-z]*":)', "btf",
+    ),
+    "UTIA BTF folder": Signature(
+        "nacre.measured.textures.utia_folder:FORMAT", (), None, "btf", writes=False, folders=True
+    ),
+    "photographs": Signature(
+        "nacre.measured.textures.photographs:FORMAT", (".csv",),
+        rb'(?i)(\A(\xef\xbb\xbf)?|[\n\r,;\t])[ "]*file[ "]*([,;\t\n\r]|\Z)', "btf",
+        writes=False, folders=True,
+    ),
+    "RGL": Signature("nacre.measured.rgl:FORMAT", (".bsdf",), rb"\Atensor_file\0"),
+    "MERL": Signature("nacre.measured.merl:FORMAT", (".binary",), rb"\A(..\0\0){3}"),
+    "MERL array (.npz)": Signature(
+        "nacre.measured.merl_array:NPZ", (".npz",), rb"\APK\x03\x04.{26}.*\.npy"
+    ),
+    "MERL array (.npy)": Signature(
+        "nacre.measured.merl_array:NPY", (".npy",), rb"\A\x93NUMPY", writes=False
+    ),
+    "Zemax BSDF": Signature(
+        "nacre.measured.zemax:FORMAT", (".zemax.bsdf", ".bsdf"), rb"(?i)\A(?=.*source).*symmetry"
+    ),
+    "Speos BSDF": Signature(
+        "nacre.measured.speos:FORMAT", (".brdf",), rb"\AOPTIS - brdf surface file"
+    ),
+    "OpenMATERIAL 3D": Signature("nacre.measured.openmaterial:FORMAT", (".xompt",), None),
+    "MaterialX": Signature(
+        "nacre.standard.files.materialx:FORMAT", (".mtlx",), rb"<materialx", measured=False
+    ),
+    "USD (text)": Signature(
+        "nacre.standard.files.usda:FORMAT", (".usda", ".usd"), rb"\A(#usda |PXR-USDC)",
+        measured=False,
+    ),
+    "comma-separated samples": Signature(
+        "nacre.measured.comma_separated:FORMAT", (".csv",),
+        # Behind zeros, as in UTF-16, which the reader refuses for what it is.
+        rb"(?i)\A(?!tensor_file).*t\0*h\0*e\0*t\0*a\0*_|\A[\xef\xbb\xbf\xff\xfe\0\s]*(#|a\0*s\0*t\0*m)",
+    ),
+    "ASTM E1392 samples": Signature(
+        "nacre.measured.comma_separated:ASTM", (".astm",), None, writes=False
+    ),
+    "MDL": Signature("nacre.measured.mbsdf:FORMAT", (".mbsdf",), rb"\ANVIDIA ARC MBSDF V1\n"),
+    "Cornell scan": Signature("nacre.measured.cornell:FORMAT", (".brdf",), rb"\A#", writes=False),
+    "Radiance BSDF": Signature("nacre.measured.radiance:FORMAT", (".xml",), rb"<WindowElement"),
+    "UTIA": Signature("nacre.measured.utia:FORMAT", (".bin",), None),
+    "UTIA image (.exr)": Signature(
+        "nacre.measured.utia_image:EXR", (".exr",), rb"\A\x76\x2f\x31\x01"
+    ),
+    "UTIA image (.png)": Signature(
+        "nacre.measured.utia_image:PNG", (".png",), rb"\A\x89PNG\r\n\x1a\n", writes=False
+    ),
+    "NBRDF network (Keras)": Signature(
+        "nacre.neural.published:KERAS", (".h5", ".hdf5"), rb"\A\x89HDF\r\n\x1a\n", measured=False
+    ),
+    "NBRDF network (NumPy)": Signature(
+        "nacre.neural.published:NUMPY", (".npy",), rb"\A\x93NUMPY", measured=False, writes=False
+    ),
+}  # fmt: skip
+
 FORMATS: Registry[Format] = Registry(
     "nacre.formats",
     "format",
-    {
-        "nacre neural material": "nacre.neural.file:FORMAT",
-        "analytic": "nacre.analytic.file:FORMAT",
-        "table of fits": "nacre.analytic.tables:FORMAT",
-        "glTF": "nacre.standard.files.glb:FORMAT",
-        "UBO2014": "nacre.measured.textures.ubo2014:FORMAT",
-        "NumPy archive of a BTF": "nacre.measured.textures.archive:FORMAT",
-        "nacre encoded texture": "nacre.textures.latent_file:FORMAT",
-        "UTIA BTF folder": "nacre.measured.textures.utia_folder:FORMAT",
-        "photographs": "nacre.measured.textures.photographs:FORMAT",
-        "RGL": "nacre.measured.rgl:FORMAT",
-        "MERL": "nacre.measured.merl:FORMAT",
-        "MERL array (.npz)": "nacre.measured.merl_array:NPZ",
-        "MERL array (.npy)": "nacre.measured.merl_array:NPY",
-        "Zemax BSDF": "nacre.measured.zemax:FORMAT",
-        "Speos BSDF": "nacre.measured.speos:FORMAT",
-        "OpenMATERIAL 3D": "nacre.measured.openmaterial:FORMAT",
-        "MaterialX": "nacre.standard.files.materialx:FORMAT",
-        "USD (text)": "nacre.standard.files.usda:FORMAT",
-        "comma-separated samples": "nacre.measured.comma_separated:FORMAT",
-        "ASTM E1392 samples": "nacre.measured.comma_separated:ASTM",
-        "MDL": "nacre.measured.mbsdf:FORMAT",
-        "Cornell scan": "nacre.measured.cornell:FORMAT",
-        "Radiance BSDF": "nacre.measured.radiance:FORMAT",
-        "UTIA": "nacre.measured.utia:FORMAT",
-        "UTIA image (.exr)": "nacre.measured.utia_image:EXR",
-        "UTIA image (.png)": "nacre.measured.utia_image:PNG",
-        "NBRDF network (Keras)": "nacre.neural.published:KERAS",
-        "NBRDF network (NumPy)": "nacre.neural.published:NUMPY",
-    },
+    {name: signature.place for name, signature in _SIGNATURES.items()},
     base=Format,
     builtin_first=False,
 )
@@ -73,6 +126,12 @@ _WORDS: dict[Kind, str] = {"brdf": "one material", "btf": "a texture (BTF)"}
 def formats(kind: Kind | None = None) -> tuple[Format, ...]:
     """Every known format, or only those for materials ("brdf") or textures ("btf")."""
     return tuple(entry for _, entry in FORMATS.members() if kind in (None, entry.kind))
+
+
+def _possible(test: Callable[[Signature], bool]) -> list[Format]:
+    """Entries whose signature passes a test, and all that other packages add; no others load."""
+    names = [n for n in FORMATS if n not in _SIGNATURES or test(_SIGNATURES[n])]
+    return [entry for _, entry in FORMATS.members(names)]
 
 
 def identify(path: PathLike) -> Format:
@@ -100,7 +159,7 @@ def _content(path: Path) -> Iterator[tuple[Path, bytes]]:
     if problem := missing(path):
         raise FormatError(f"{path}: {problem}")
     head = read_head(path)
-    if is_packed(path, head) and not _has_its_length(path, formats()):
+    if is_packed(path, head) and not _has_its_length(path):
         with unpacked(path, _all_endings, _is_material) as file:
             yield file, read_head(file)
     else:
@@ -122,7 +181,8 @@ def _is_material(path: Path) -> bool:
 
 def _of_folder(path: Path, options: dict[str, Any]) -> Format:
     """The format that claims a folder, or the only one for folders that takes the options."""
-    entries = [entry for entry in formats() if entry.claims_folder is not None]
+    possible = _possible(lambda signature: signature.folders)
+    entries = [entry for entry in possible if entry.claims_folder is not None]
     taking = [entry for entry in entries if not _unknown_options(entry.load, options)]
     for entry in taking or entries:
         if entry.claims_folder is not None and entry.claims_folder(path):
@@ -136,34 +196,41 @@ def _of_folder(path: Path, options: dict[str, Any]) -> Format:
 
 
 def _of_file(path: Path, head: bytes) -> Format:
-    suffix, entries = path.suffix.lower(), formats()
-    if problem := _disguise(path, head, entries):
+    suffix = path.suffix.lower()
+    if problem := _disguise(path, head):
         raise FormatError(f"{path}: {problem}")
-    known = [entry for entry in entries if entry.recognize and entry.recognize(head)]
+    possible = _possible(lambda signature: signature.allows(head))
+    known = [entry for entry in possible if entry.recognize and entry.recognize(head)]
     if {entry.kind for entry in known} == {"brdf", "btf"}:
         claimed = [e for e in known if e.kind == "btf" and (e.claims is None or e.claims(path))]
         known = claimed or [entry for entry in known if entry.kind == "brdf"]
     if not known:
-        known = [e for e in entries if e.recognize is None and suffix in e.extensions]
+        known = _of_any_content(path)
     if not known:
         if other := _other(head):
             raise FormatError(f"{path}: holds no material: it is {other}")
-        raise FormatError(f"{path}: content is of no known format (known: {_endings(entries)})")
+        raise FormatError(f"{path}: content is of no known format (known: {_endings(formats())})")
     return next((entry for entry in known if suffix in entry.extensions), known[0])
 
 
-def _disguise(path: Path, head: bytes, entries: Iterable[Format]) -> str:
+def _disguise(path: Path, head: bytes) -> str:
     """What a file is instead of data, and what to do; empty for any other."""
-    if _has_its_length(path, entries):
+    if _has_its_length(path):
         return ""
     return disguise(head, path) or ("" if any(head) else zeros(path))
 
 
-def _has_its_length(path: Path, entries: Iterable[Format]) -> bool:
+def _has_its_length(path: Path) -> bool:
     """Whether a file of a format that begins with anything is claimed by it."""
-    suffix = path.suffix.lower()
-    fixed = (e.claims for e in entries if e.recognize is None and suffix in e.extensions)
+    fixed = (entry.claims for entry in _of_any_content(path))
     return any(claims is not None and claims(path) for claims in fixed)
+
+
+def _of_any_content(path: Path) -> list[Format]:
+    """Formats that start with nothing to recognize, for a file of their ending."""
+    suffix = path.suffix.lower()
+    possible = _possible(lambda s: s.pattern is None and suffix in s.extensions)
+    return [e for e in possible if e.recognize is None and suffix in e.extensions]
 
 
 def _other(head: bytes) -> str:
@@ -222,7 +289,10 @@ def has_measured_ending(path: PathLike) -> bool:
 
 def _of_ending(path: PathLike) -> list[Format]:
     suffixes = {Path(name).suffix.lower() for name in inner_names(path)}
-    return [e for e in formats("brdf") if suffixes & {*e.extensions} and e.measured]
+    possible = _possible(
+        lambda s: s.kind == "brdf" and s.measured and bool(suffixes & {*s.extensions})
+    )
+    return [e for e in possible if e.kind == "brdf" and e.measured and suffixes & {*e.extensions}]
 
 
 def load(path: PathLike, material: str | None = None, **options: Any) -> Brdf | Btf:
@@ -349,14 +419,14 @@ def target(path: PathLike, kind: Kind = "brdf") -> Format:
     Raises FormatError if no format with this ending can be written.
     """
     name, suffix = Path(path).name.lower(), Path(path).suffix.lower()
-    writable = [entry for entry in formats() if entry.save is not None]
-    found = [entry for entry in writable if suffix in entry.extensions]
+    possible = _possible(lambda s: s.writes and suffix in s.extensions)
+    found = [e for e in possible if e.save is not None and suffix in e.extensions]
     # The longest ending decides where one is the end of another.
     found.sort(key=lambda entry: -max(len(e) for e in entry.extensions if name.endswith(e)))
     for entry in found:
         if entry.kind == kind:
             return entry
-    endings = _endings(entry for entry in writable if entry.kind == kind)
+    endings = _endings(entry for entry in formats(kind) if entry.save is not None)
     if found:
         held = f"{found[0].name} files hold {_WORDS[found[0].kind]}"
         raise FormatError(f"{path}: {held}, not {_WORDS[kind]} (known: {endings})")

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import importlib
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from importlib import metadata
 from typing import Any, Generic, TypeVar
 
-from nacre.errors import DISTRIBUTION, NacreError, reason
+from nacre.errors import DISTRIBUTION, NacreError, did_you_mean, reason
 
 _Member = TypeVar("_Member")
 
@@ -64,11 +64,11 @@ class Registry(Mapping[str, _Member], Generic[_Member]):
     def __len__(self) -> int:
         return sum(1 for _ in self)
 
-    def members(self) -> Iterator[tuple[str, _Member]]:
-        """All names and members; one from another package that does not load is left out with a
-        warning, for a broken plugin must not take everything else with it.
+    def members(self, names: Iterable[str] | None = None) -> Iterator[tuple[str, _Member]]:
+        """All names and members, or those of some names; one from another package that does not
+        load is left out with a warning, for a broken plugin must not take everything else with it.
         """
-        for name in self:
+        for name in self if names is None else names:
             try:
                 yield name, self[name]
             except NacreError as error:
@@ -92,10 +92,11 @@ class Registry(Mapping[str, _Member], Generic[_Member]):
     def find(self, name: str) -> _Member:
         """The member of a name that a user gave.
 
-        Raises NacreError if there is none, listing the known ones, and as for an item.
+        Raises NacreError if there is none, with similar names, else all; and as for an item.
         """
         if name not in self:
-            raise NacreError(f"{name!r} is no known {self.what} (known: {', '.join(self)})")
+            hint = did_you_mean(name, self, f"known: {', '.join(self)}")
+            raise NacreError(f"{name!r} is no known {self.what}{hint}")
         return self[name]
 
     def _installed(self) -> dict[str, metadata.EntryPoint]:

@@ -58,9 +58,9 @@ CONTENT = {"model": "ggx", "parameters": EXAMPLES["ggx"].values}
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ({**CONTENT, "model": "gxx"}, "'gxx' is not one of"),
+        ({**CONTENT, "model": "gxx"}, "'gxx' is no known analytic model; did you mean ggx"),
         ({**CONTENT, "model": 3}, "field 'model' is not a string"),
-        ({**CONTENT, "model": "x" * 2000}, "is not one of"),
+        ({**CONTENT, "model": "x" * 2000}, "known: lambert"),
         ({**CONTENT, "version": [9] * 2000}, "update nacre"),
         ({**CONTENT, "parameters": {"x" * 2000: 1}}, "ggx lacks"),
         (

@@ -178,7 +178,7 @@ def test_a_sheet_of_large_pictures_is_reduced(tmp_path: Path, monkeypatch) -> No
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("info", "absent.npz"), "absent.npz: cannot be read"),
+        (("info", "absent.npz"), "absent.npz: no such file"),
         (("info", "."), "neither images named"),
         (("info", "cloth.npz", "--pixels", "radiance"), "defines its values itself"),
         (("convert", "cloth.npz", "-o", "x.csv"), "files hold one material, not a texture"),

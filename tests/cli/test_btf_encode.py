@@ -256,7 +256,7 @@ def test_the_model_that_comes_along_encodes_an_unseen_capture(tmp_path, monkeypa
     ("arguments", "message"),
     [
         (("fit", "felt.npz", "-o", "x.npz", "--codec", "model.safetensors"), "a .safetensors"),
-        (("fit", "felt.npz", "-o", "x.safetensors", "--codec", "no"), "no: cannot be read"),
+        (("fit", "felt.npz", "-o", "x.safetensors", "--codec", "no"), "no: no such file"),
         (
             ("fit", "felt.npz", "-o", "model.safetensors", "--codec", "model.safetensors"),
             "is the input as well",

@@ -51,7 +51,7 @@ def test_a_map_is_drawn_saved_and_added_to(here, capsys) -> None:
     first = Path("map.png").read_bytes(), _rows("map.csv")
     assert [row["texture"] for row in first[1]] == ["felt01"] * 8 + ["felt02"] * 8
     assert {row["family"] for row in first[1]} == {"felt"}
-    assert run("btf", "map", *arguments.split(), *options.split()) == 0
+    assert run("btf", "map", *arguments.split(), *options.split(), "--force") == 0
     assert Path("map.png").read_bytes() == first[0]
     (found,) = run_json(capsys, "info", "map.safetensors")
     assert (found["kind"], found["texels"]) == ("map", 16)
@@ -91,7 +91,7 @@ def test_the_nearest_texels_are_told_and_shown(here, capsys) -> None:
         ("map felt01.safetensors -o x.jpg", "a plot ends in one of"),
         ("map felt01.safetensors -o x.png --save x.json", "is saved as a .safetensors file"),
         ("map felt01.safetensors -o x.png --into felt02.safetensors", "not a map of texels"),
-        ("map felt01.safetensors -o x.png --into absent.safetensors", "cannot be read"),
+        ("map felt01.safetensors -o x.png --into absent.safetensors", "no such file"),
         ("nearest felt01.safetensors --texel 4,0", "has 4 x 3 texels, none in column 4, row 0"),
         (
             "nearest felt01.safetensors other.safetensors --texel 0,0",

@@ -84,12 +84,12 @@ def test_the_first_half_of_a_plan_is_a_plan(here) -> None:
             "btf plan --count 5 -o x.csv --max-light-angle 90",
             "--max-light-angle: expected above 0, up to 89, got 90",
         ),
-        ("btf plan --count 5 -o x.csv --codec one.csv", "one.csv: cannot be read"),
+        ("btf plan --count 5 -o x.csv --codec one.csv", "one.csv: no such file"),
         (
             "fit model.safetensors -o c.safetensors --directions one.csv",
             "for folders of images",
         ),
-        ("fit photos -o c.safetensors --directions one.csv", "one.csv: cannot be read"),
+        ("fit photos -o c.safetensors --directions one.csv", "one.csv: no such file"),
     ],
 )
 def test_what_cannot_be_done_is_said_in_a_line(here, capsys, arguments, words) -> None:

@@ -112,7 +112,7 @@ def test_mistakes_are_told_before_anything_is_rendered(
         (("cloth.safetensors", "--light-path", "over", *LIT), "--frames"),
         (("cloth.safetensors", "--frames", 4, *LIT, "-o", "x.mp4"), "one of .gif, .png, .webp"),
         (("cloth.safetensors", "--frames", 9999, *LIT), "make fewer or smaller ones"),
-        (("cloth.safetensors", "--height-field", "no.png"), "no.png: cannot be read"),
+        (("cloth.safetensors", "--height-field", "no.png"), "no.png: no such file"),
     ):
         assert run("render", *arguments) != 0
         assert words in capsys.readouterr().err

@@ -99,10 +99,9 @@ def test_what_is_refused(capsys, here):
     refused("is a .safetensors or a .json file", "photo.exr", *SPHERE, "-o", "x.bsdf")
     refused("say what was photographed", "photo.exr", *output)
     refused("--geometry needs --environment", "photo.exr", "--geometry", "sphere", *output)
+    Path("s.xml").touch()
     refused("--scene needs --bsdf", "photo.exr", "--scene", "s.xml", *output)
-    refused(
-        "scene.xml: cannot be read", "photo.exr", "--scene", "scene.xml", "--bsdf", "a", *output
-    )
+    refused("scene.xml: no such file", "photo.exr", "--scene", "scene.xml", "--bsdf", "a", *output)
     refused("none.exr: ", "none.exr", *SPHERE, *output)
     refused("expected 1 to 8 photographs, not 9", *["photo.exr"] * 9, *SPHERE, *output)
     refused("none.safetensors", "photo.exr", *SPHERE, "--basis", "none.safetensors", *output)

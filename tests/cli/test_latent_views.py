@@ -134,7 +134,7 @@ def test_codes_that_are_alike_have_places():
     ("arguments", "words"),
     [
         (["interpolate", "m0.npz", "m1.npz", "-o", "x.json"], "x.json"),
-        (["interpolate", "m0.npz", "none.npz", "-o", "x.png"], "none.npz: cannot be read"),
+        (["interpolate", "m0.npz", "none.npz", "-o", "x.png"], "none.npz: no such file"),
         (["map", "m0.npz", "m1.npz", "-o", "x.png"], "a map takes at least 5 materials, got 2"),
         (["interpolate", "m0.npz", "-o", "x.png"], "expected SECOND, or a direction with --along"),
         (["interpolate", "m0.npz", "m1.npz", "-o", "x.html"], "expected no SECOND"),

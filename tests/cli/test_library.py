@@ -115,7 +115,7 @@ def test_without_an_output_fits_go_here(folder, capsys):
         (["in", "-o", "x.safetensors"], "x.safetensors: must be a folder"),
         (["in", "-o", "x.h5"], "x.h5: must be a folder"),
         (["empty", "-o", "lib"], "empty: no measured materials found"),
-        (["in", "absent.binary", "-o", "lib"], "absent.binary: does not exist"),
+        (["in", "absent.binary", "-o", "lib"], "absent.binary: no such file"),
         (["in", "in/sub/../../twin", "-o", "lib"], "same name as"),
         (["in", "--model", "ggx", "--preset", "draft"], "--preset is for networks"),
         (["in", "--scheduler", "host"], "'host' is neither local nor like tcp://host:8786"),

@@ -185,10 +185,10 @@ def test_one_source_is_wanted(tmp_path):
     assert "--bsdf is for a scene (.xml)" in text
     code, text = run("measure", "bsdf", "-o", tmp_path / "x.bsdf")
     assert code == 2
-    assert "Missing argument 'INPUT'" in text
+    assert "type: nacre measure bsdf INPUT" in text
     code, text = run("measure", "bsdf", tmp_path / "absent.json", "-o", tmp_path / "x.bsdf")
     assert code == 2
-    assert "absent.json: cannot be read" in text
+    assert "absent.json: no such file" in text
 
 
 def test_a_description_is_read_from_a_file_or_standard_input(tmp_path, monkeypatch):

@@ -54,16 +54,16 @@ def test_plot_writes_a_picture(here, ending, capsys):
     assert (here / f"x.{ending}").read_bytes().startswith(head)
 
 
-def test_plots_default_to_lobes_png(here):
+def test_plots_are_named_after_their_input(here):
     pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
     assert run("plot", "a.safetensors") == 0
-    assert (here / "lobes.png").stat().st_size > 1000
+    assert (here / "a_lobes.png").stat().st_size > 1000
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["plot"], "Missing argument"),
+        (["plot"], "type: nacre plot INPUT..."),
         (["plot", "a.safetensors", "-o", "x.jpg"], "x.jpg: a plot ends in one of .png"),
         (["plot", "a.safetensors", "-o", "x"], "x: a plot ends in one of .png"),
         (["plot", "a.safetensors", "-o", "absent/x.png"], "does not exist; create it"),
@@ -82,7 +82,7 @@ def test_plots_default_to_lobes_png(here):
         (["plot", "a.safetensors", "--channel", "hue"], "'hue' is not one of"),
         (["plot", *["a.safetensors"] * 8], "at most 7 materials"),
         (["plot", "a.safetensors", "cut.safetensors"], "cut.safetensors"),
-        (["plot", "none.safetensors"], "none.safetensors: cannot be read"),
+        (["plot", "none.safetensors"], "none.safetensors: no such file"),
         (["info", "a.safetensors", "--plot", "x.jpg"], "x.jpg: a plot ends in one of .png"),
         (["info", "a.safetensors", "--plot", "absent/x.png"], "does not exist; create it"),
         (["info", *["a.safetensors"] * 8, "--plot", "x.png"], "at most 7 materials"),

@@ -95,15 +95,23 @@ def test_outputs_replace_only_what_they_may_unless_forced(capsys):
 
 
 def test_a_file_that_fails_costs_only_itself(capsys):
-    long = f"{'x' * 245}.binary"
-    Path(long).write_bytes(Path("gold.binary").read_bytes())
+    Path("cut.binary").write_bytes(Path("gold.binary").read_bytes()[:-8])
     quick = ("--epochs", 1, "--samples", 2000)
-    assert run("fit", "gold.binary", long, *quick, "--json") == 1
+    assert run("fit", "gold.binary", "cut.binary", *quick, "--json") == 1
     done = capsys.readouterr()
     first, second = json.loads(done.out)
     assert first["output"] == "gold.safetensors"
     assert first["size_bytes"] == Path("gold.safetensors").stat().st_size
     assert first["held_out_loss"] > 0.0
-    assert second["file"] == long
-    assert "name too long" in second["error"]
+    assert second["file"] == "cut.binary"
+    assert "cut.binary: " in second["error"]
     assert done.err.count("\n") == 1
+
+
+def test_an_output_that_cannot_be_written_is_told_before_any_work(capsys):
+    long = f"{'x' * 245}.binary"
+    Path(long).write_bytes(Path("gold.binary").read_bytes())
+    before = sorted(Path().iterdir())
+    assert run("fit", "gold.binary", long) == 2
+    assert "name too long" in capsys.readouterr().err.lower()
+    assert sorted(Path().iterdir()) == before

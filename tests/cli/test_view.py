@@ -78,7 +78,7 @@ def test_pages_are_the_same_each_time(folder: Path) -> None:
 
 
 def test_what_cannot_be_shown_is_said(folder: Path, capsys: Any) -> None:
-    assert_refused(capsys, "nothing.json: does not exist", "view", "nothing.json")
+    assert_refused(capsys, "nothing.json: no such file", "view", "nothing.json")
     assert_refused(capsys, "ends in .html", "view", "other.json", "-o", "page.txt")
     assert_refused(capsys, "leave out --output", "view", "other.json", "-o", "x.html", "--port", 1)
     assert_refused(capsys, "package.json", "view", "package.json", "-o", "x.html")

@@ -16,7 +16,7 @@ from nacre.compile.vector_code import LANES
 from nacre.latent import find_basis
 from nacre.measured import rgl
 from nacre.neural import Recipe, fit
-from nacre.neural.simd import LANES as KERNEL_LANES
+from nacre.neural.tiles import LANES as KERNEL_LANES
 from nacre.sampling import fit_lobes
 from tests.contracts.directions import awkward_pairs, pairs
 from tests.contracts.processors import WIDE, Processor, dispatched, features, target_drjit

@@ -59,6 +59,7 @@ def test_file_terms_and_record(database, server, content, tmp_path):
     assert (found.path.parent / "shop-TERMS.txt").read_text() == TERMS
     record = json.loads((found.path.parent / "known.bin.json").read_text())
     assert record.pop("downloaded").endswith("+00:00")
+    assert record.pop("modified_ns") == found.path.stat().st_mtime_ns
     assert record == {
         "database": "shop",
         "material": "known",
@@ -90,7 +91,7 @@ def test_a_file_put_there_by_hand_counts(database, content, tmp_path):
 def test_a_file_of_the_users_is_replaced_by_force_only(database, server, content, tmp_path):
     (tmp_path / "known.bin").write_bytes(content[:-1])
     with pytest.raises(
-        NacreError, match=r"known\.bin: exists and was not written by nacre; .*--force"
+        NacreError, match=r"known\.bin: exists, and \.bin files do not say who .*--force"
     ):
         fetch(database, "known", tmp_path, agree=accept)
     assert (tmp_path / "known.bin").read_bytes() == content[:-1]

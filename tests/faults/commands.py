@@ -267,9 +267,9 @@ LONG = {
         ("surfaces/*/*.npz", "surfaces/capture.json"),
     ),
     "convert": Long(
-        _nacre("convert inputs/m0.bsdf -o out/m0.binary"),
+        _nacre("convert inputs/m0.bsdf -o out/m0.npz"),
         {"m0.bsdf": ("bsdf", 0)},
-        ("m0.binary",),
+        ("m0.npz",),
         called="nacre convert",
     ),
     "view": Long(

@@ -10,7 +10,7 @@ import pytest
 
 from tests.faults.commands import LONG
 from tests.faults.faults import FAULTS, MOUNTED, can_mount
-from tests.faults.trial import OLD, Outcome, Trial
+from tests.faults.trial import Outcome, Trial
 from tests.tiers import tiered
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are watched in /proc")
@@ -42,7 +42,7 @@ def test_what_is_wrong_is_seen(trial: Trial) -> None:
     trial.begin()
     name, content = next(iter(trial.reference.items()))
     good, killed = Outcome(0, "", True), Outcome(-9, "", True)
-    for wrong in (content[:-1], OLD):
+    for wrong in (content[:-1], b"old"):
         (trial.out / name).write_bytes(wrong)
         assert any(name in problem for problem in trial.problems(good, finished=True))
     (trial.out / name).write_bytes(content[: len(content) // 2])

@@ -76,7 +76,7 @@ def test_reading_says_what_is_wrong(tmp_path):
     (tmp_path / "large").write_bytes(bytes(11))
     for name, words in {
         ".": "directory",
-        "absent": "No such file",
+        "absent": "no such file",
         "empty": "is empty",
         "large": "11 bytes, more than the 10",
     }.items():

@@ -82,7 +82,7 @@ def test_an_image_that_decodes_to_another_size_is_refused(tmp_path: Path) -> Non
 
 
 def test_what_is_no_image_is_refused(tmp_path: Path) -> None:
-    refused(tmp_path / "absent.png", "cannot be read")
+    refused(tmp_path / "absent.png", "no such file")
     refused(tmp_path, "is a directory")
     os.mkfifo(tmp_path / "pipe.png")
     refused(tmp_path / "pipe.png", "is not a regular file")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import threading
+import time
+
 import numpy as np
 import pytest
 
@@ -47,7 +50,7 @@ def test_the_number_of_cores_changes_nothing(monkeypatch):
     samples, held_out = random_samples(200 * BLOCK), random_samples(40 * BLOCK, seed=1)
     found = []
     for cores in (1, 2, 7):
-        monkeypatch.setattr(replicas, "core_count", lambda cores=cores: cores)
+        monkeypatch.setattr(replicas, "free_cores", lambda cores=cores: cores)
         starts = [initial_layers((9,), 0, 6, start) for start in range(3)]
         with ReplicaTrainer(starts, BATCH, trial=1, held_out=held_out) as trainer:
             for _ in range(3):
@@ -55,6 +58,49 @@ def test_the_number_of_cores_changes_nothing(monkeypatch):
             found.append(flat(trainer.layers()))
     np.testing.assert_array_equal(found[0], found[1])
     np.testing.assert_array_equal(found[0], found[2])
+
+
+def stretches(monkeypatch, advance):
+    """Weights of an epoch in which the other thread advances its replica in a way of its own."""
+    samples, main = random_samples(200 * BLOCK), threading.current_thread()
+    epoch = KernelTrainer.epoch
+
+    def here_or_there(self, *arguments):
+        if threading.current_thread() is not main:
+            advance()
+        epoch(self, *arguments)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(replicas, "free_cores", lambda: 2)
+        patch.setattr(replicas, "_STEPS", 3)
+        patch.setattr(replicas, "_PIECE", 1)
+        patch.setattr(KernelTrainer, "epoch", here_or_there)
+        with ReplicaTrainer([initial_layers((9,), 0)], BATCH) as trainer:
+            for _ in range(3):
+                trainer.epoch(samples, np.arange(200), rates(50))
+            return flat(trainer.layers())
+
+
+def test_a_thread_that_is_held_up_changes_nothing_but_the_time(monkeypatch):
+    expected = stretches(monkeypatch, lambda: None)
+    random = np.random.default_rng(0)
+    found = stretches(monkeypatch, lambda: time.sleep(random.choice([0.0, 2e-4, 2e-3, 0.05])))
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_nobody_waits_for_a_thread_that_stands_still(monkeypatch):
+    began = time.monotonic()
+    stretches(monkeypatch, lambda: time.sleep(5.0))
+    assert time.monotonic() - began < 9.0  # one sleep, for which closing waits
+
+
+def test_an_error_of_the_other_thread_is_raised(monkeypatch):
+    def fail():
+        raise MemoryError
+
+    monkeypatch.setattr(replicas, "_PATIENCE", 1e6)
+    with pytest.raises(MemoryError):
+        stretches(monkeypatch, fail)
 
 
 def test_the_start_with_the_smallest_loss_goes_on():

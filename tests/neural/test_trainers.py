@@ -97,7 +97,7 @@ from nacre.neural.nbrdf import ACTIVATIONS
 from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
 from nacre.array import aligned_zeros
 from nacre.neural.samples import Samples
-from nacre.neural.simd import LANES
+from nacre.neural.tiles import LANES
 assert LANES == (8 if has else 4)
 data = np.load(sys.argv[2])
 parts = [data[f"arr_{k}"] for k in range(6)]

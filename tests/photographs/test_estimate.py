@@ -99,7 +99,7 @@ def test_a_code_that_is_put_into_a_scene_is_what_all_its_things_reflect(mi, tmp_
 
 
 def test_scenes_that_cannot_be_are_refused(mi, tmp_path):
-    refused(tmp_path / "none.xml", "none.xml: cannot be read: No such file")
+    refused(tmp_path / "none.xml", "none.xml: no such file")
     path = scene(tmp_path, SENSOR, PAINT, BALL, LIGHT)
     refused(path, "has no BSDF 'gold' (found: paint)", bsdf="gold")
     refused(path, "expected 1 to 8 photographs, not 9", *[GRAY] * 9)
@@ -185,7 +185,7 @@ def test_what_is_read_is_red_green_and_blue(mi, tmp_path):
         "depth.exr": "expected the channels R, G and B alone, not 'B, G, R, Z'",
         "gray.exr": "expected the channels R, G and B alone, not 'Y'",
         "photo.png": "is not an OpenEXR image",
-        "none.exr": "No such file",
+        "none.exr": "no such file",
     }.items():
         with pytest.raises(FormatError, match=words) as found:
             work.read_photographs([path, tmp_path / name])

@@ -216,7 +216,7 @@ def test_it_is_the_same_in_a_copy_and_after_a_new_version(tmp_path, monkeypatch)
     monkeypatch.setattr(nacre, "__file__", str(copy / "__init__.py"))
     forget()
     assert code_fingerprint(root) == before
-    for name, same in (("mitsuba/network.py", True), ("neural/kernel.py", False)):
+    for name, same in (("mitsuba/network.py", True), ("neural/kernel_code.py", False)):
         with (copy / name).open("a") as file:
             file.write("\nfrom math import nan as _exp\n")
         forget()

@@ -218,11 +218,12 @@ def test_the_command_writes_files_and_protects_those_of_others(tmp_path, monkeyp
     assert "float gold_pdf(" in (tmp_path / "gold.glsl").read_text()
     found = run_json(capsys, "export", "9 gloss.safetensors", "--to", "wgsl", "-o", "into/")
     assert [each["output"] for each in found["files"]] == ["into/m_9_gloss.wgsl"]
-    (tmp_path / "gold.glsl").write_text("mine")
+    with (tmp_path / "gold.glsl").open("a") as file:
+        file.write("// mine")
     again = "export", "9 gloss.safetensors", "--to", "glsl", "-o", "gold.glsl"
     assert_refused(capsys, "was changed since nacre wrote it", *again)
     assert_refused(
-        capsys, "is not a known export target", "export", "9 gloss.safetensors", "--to", "x"
+        capsys, "is no known target or place", "export", "9 gloss.safetensors", "--to", "x"
     )
     assert_refused(capsys, "expected an INPUT and --to TARGET", "export", "9 gloss.safetensors")
     (tmp_path / "cut.safetensors").write_bytes(b"\x90\x00")

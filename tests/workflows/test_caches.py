@@ -16,7 +16,7 @@ from nacre.workflows.caches import caches
 @pytest.fixture
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder in which everything is kept."""
-    for name in ("NUMBA_CACHE_DIR", "NACRE_CACHE", "NACRE_STATE", "DRJIT_CACHE_DIR"):
+    for name in ("NUMBA_CACHE_DIR", "NACRE_CACHE", "DRJIT_CACHE_DIR"):
         monkeypatch.setenv(name, str(tmp_path / "kept"))
     return tmp_path / "kept"
 
@@ -67,9 +67,3 @@ def test_measurements_that_a_person_put_there_or_changed_stay(home: Path) -> Non
     assert caches()["downloads"].clear()[0] == 2
     left = {mine, changed, changed.with_name("changed.bsdf.json"), terms}
     assert set((home / "rgl").iterdir()) == left
-
-
-def test_records_go_as_a_whole(home: Path) -> None:
-    put(home / "outputs" / "ab" / "abc")
-    assert caches()["records"].clear() == (1, 4)
-    assert not (home / "outputs").exists()

@@ -6,6 +6,7 @@ import pytest
 
 from nacre.errors import NacreError
 from nacre.formats import load
+from nacre.io.marks import Mark, read_mark
 from nacre.metrics import compare
 from nacre.standard.openpbr import OpenPbr
 from nacre.targets import TARGETS, Target
@@ -56,8 +57,9 @@ def test_the_closest_is_written_with_a_readme(tmp_path):
     lines = paths[1].read_text().splitlines()
     assert lines[0] == "Include red_paint.glsl."
     assert "environment: FLIP 0.000" in lines[1]
-    assert lines[2].startswith(f"{paths[0].stat().st_size:,} bytes")
+    assert lines[2].startswith("Written by nacre export ")
     assert lines[2].endswith("from red.binary; terms: CC0.")
+    assert read_mark(paths[1]) == Mark("nacre", True)
 
 
 @pytest.mark.usefixtures("_targets")

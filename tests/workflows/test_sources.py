@@ -89,7 +89,7 @@ def test_a_file_counts_once_and_is_taken_whatever_it_holds(tmp_path):
     odd.write_text("x")
     found = find_sources([odd, tmp_path / "a/x.binary", tmp_path / "a", tmp_path / "a/sub"], "lib")
     assert relative(found) == ["odd.txt", "x.binary", "sub/y.binary"]
-    with pytest.raises(FormatError, match="absent: does not exist"):
+    with pytest.raises(FormatError, match="absent: no such file"):
         find_sources([tmp_path / "a", tmp_path / "absent"], "lib")
 
 

@@ -112,7 +112,6 @@ def _settle(home: str) -> None:
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (used + _MEMORY, used + _MEMORY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    os.environ["NACRE_STATE"] = f"{home}/state"
     os.environ["TMPDIR"] = home
     tempfile.tempdir = home
 

@@ -12,7 +12,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from nacre.neural.simd import LANES
+from nacre.neural.tiles import LANES
 
 _CHAINS = 12
 """Independent sums: latency of four cycles times up to two units, with some to spare."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from nacre.analytic.catalog import MODELS
 from nacre.analytic.model import AnalyticBrdf
-from nacre.errors import FormatError, reason
+from nacre.errors import FormatError, did_you_mean, reason
 from nacre.io.files import check_json, read_bytes, write_encoded
 from nacre.io.format import Format
 
@@ -57,7 +57,8 @@ def load(path: Path) -> AnalyticBrdf:
         raise FormatError(f"{path}: is not whole JSON: {error}") from error
     model = _field(path, content, "model", str)
     if model not in MODELS:
-        raise FormatError(f"{path}: model {model[:40]!r} is not one of {', '.join(MODELS)}")
+        hint = did_you_mean(model[:40], MODELS, f"known: {', '.join(MODELS)}")
+        raise FormatError(f"{path}: model {model[:40]!r} is no known analytic model{hint}")
     if (version := content.get("version", VERSION)) != VERSION:
         raise FormatError(f"{path}: version {reprlib.repr(version)} is not {VERSION}; update nacre")
     values = _field(path, content, "parameters", dict)

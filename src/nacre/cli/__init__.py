@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import io
 import sys
 from collections.abc import Sequence
@@ -104,9 +103,11 @@ def _usage(error: click.UsageError) -> str:
     """What is wrong with a call; of a value, after the option that it is for."""
     text = error.format_message()
     if isinstance(error, click.NoSuchOption):
-        near = difflib.get_close_matches(error.option_name, error.possibilities or (), 2, 0.8)
-        hint = f"; did you mean {' or '.join(near)}?" if near else ""
-        text = f"no option {error.option_name}{hint}"
+        from nacre.errors import did_you_mean
+
+        command = error.ctx.command_path if error.ctx else "nacre"
+        hint = did_you_mean(error.option_name, error.possibilities or (), similarity=0.75)
+        text = f"{command} has no option {error.option_name}{hint}"
     elif isinstance(error, click.BadParameter) and not isinstance(error, click.MissingParameter):
         text = error.message
         if isinstance(error.param, click.Option):

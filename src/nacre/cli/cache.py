@@ -6,7 +6,7 @@ from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.report import counted, print_json, print_table, report, say
 
-NAMES = "code", "kernels", "downloads", "records"
+NAMES = "code", "kernels", "downloads"
 
 
 @make(
@@ -18,9 +18,9 @@ NAMES = "code", "kernels", "downloads", "records"
 def command(action: str, names: tuple[str, ...]) -> None:
     """List what nacre keeps on this machine, with places and sizes, or clear it.
 
-    NAMEs are code, kernels, downloads and records; all are listed by default. 'nacre cache clear'
-    empties code and kernels, which are made again when they are needed; name downloads and records
-    to remove these too. Files that you put among downloads, or changed, stay.
+    NAMEs are code, kernels and downloads; all are listed by default. 'nacre cache clear' empties
+    code and kernels, which are made again when they are needed; name downloads to remove these too.
+    Files that you put among downloads, or changed, stay.
     """
     from nacre.objects.described import readable_size
     from nacre.workflows.caches import caches
@@ -56,4 +56,5 @@ def command(action: str, names: tuple[str, ...]) -> None:
     print_table(("cache", "files", "size"), rows)
     for cache in chosen:
         say(f"{cache.name}: {cache.about}; in {cache.folder}")
-    say("To empty code and kernels: nacre cache clear. To empty another: nacre cache clear NAME.")
+    say("To empty code and kernels: nacre cache clear")
+    say("To remove downloads: nacre cache clear downloads")

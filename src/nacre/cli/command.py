@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import time
 from collections.abc import Callable, Iterator, Mapping
 from importlib.util import find_spec
@@ -14,7 +13,6 @@ import nacre
 from nacre.cli.layout import options_of, write
 from nacre.cli.session import session
 from nacre.errors import NacreError
-from nacre.io.outputs import overwrite, written_by
 from nacre.registry import Registry
 
 
@@ -54,11 +52,18 @@ def _help_alone() -> None:
 
 
 class Command(click.Command):
-    """A command with the shared options, --force if it writes and --json if it reports."""
+    """A command with the shared options, --force if it writes, --json if it reports, and --dry-run
+    if it can tell its plans.
+    """
 
-    def __init__(self, *, writes: bool = False, reports: bool = False, **settings: Any) -> None:
+    def __init__(
+        self, *, writes: bool = False, reports: bool = False, plans: bool = False, **settings: Any
+    ) -> None:
         super().__init__(**settings)
         self._works = writes or reports
+        if plans:
+            text = "Say what would be read and written, and how much work it is; write nothing."
+            self.params.append(_flag("dry_run", "--dry-run", about=text))
         if reports:
             text = "Print the results as JSON, with units in the keys."
             self.params.append(_flag("as_json", "--json", about=text))
@@ -70,10 +75,22 @@ class Command(click.Command):
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         write(formatter, options_of(self, ctx))
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """See click; what is wrong with the call is told with the line to type."""
+        from nacre.cli.calls import check_inputs, explained
+
+        call = list(args)
+        with explained(self, ctx, call):
+            rest = super().parse_args(ctx, args)
+        if not ctx.resilient_parsing:
+            check_inputs(self, ctx, call)
+        return rest
+
     def invoke(self, ctx: click.Context) -> Any:
         """See click; shows progress while the command runs."""
         from nacre.cli.display import Display
         from nacre.cli.report import detail, status
+        from nacre.io.outputs import overwrite, written_by
 
         now, began = session(), time.monotonic()
         display = Display(
@@ -154,6 +171,8 @@ class Group(click.Group):
 
     def _similar(self, ctx: click.Context, name: str) -> list[str]:
         """Commands, as typed, that an unknown one may mean: of its name elsewhere, or alike."""
+        import difflib
+
         root = ctx.find_root()
         assert isinstance(root.command, Group)
         same = [
@@ -198,7 +217,11 @@ class Group(click.Group):
 
 
 def command(
-    name: str, *rows: click.Parameter | str, writes: bool = True, reports: bool = True
+    name: str,
+    *rows: click.Parameter | str,
+    writes: bool = True,
+    reports: bool = True,
+    plans: bool = False,
 ) -> Callable[[Callable[..., Any]], Command]:
     """Make a function a :class:`Command`.
 
@@ -212,4 +235,5 @@ def command(
         else:
             assert isinstance(parameters[-1], click.Option)
             parameters[-1].help = row
-    return click.command(name, Command, params=parameters, writes=writes, reports=reports)
+    kinds = {"writes": writes, "reports": reports, "plans": plans}
+    return click.command(name, Command, params=parameters, **kinds)

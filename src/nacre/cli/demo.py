@@ -42,7 +42,7 @@ def command(source: Path | None, output: Path, preset: str, spp: int) -> None:
     """Measure, fit, save, render and compare one material.
 
     The material is INPUT, or the file that NACRE_DATA names (in a folder, the first RGL table), or
-    a virtual measurement of a Mitsuba material, saved as a MERL file.
+    a virtual measurement of a Mitsuba material, saved as a table on MERL's grid.
     """
     from nacre.figures import picture
     from nacre.formats import load_brdf, save
@@ -54,9 +54,10 @@ def command(source: Path | None, output: Path, preset: str, spp: int) -> None:
     check_image_path(output, DISPLAY_IMAGES)
     output.parent.mkdir(parents=True, exist_ok=True)
     named = source or _from_environment()
-    path = named or output.with_name(f"{output.stem}_measured.binary")
+    path = named or output.with_name(f"{output.stem}_measured.npz")
     target = output.with_name(f"{output.stem}_neural.safetensors")
-    options.check_outputs([output, target], [path])
+    made = [output, target] if named else [output, target, path]
+    options.check_outputs(made, [named])
     report = progress(path.stem)
     if named is None:
         report("measuring", 0, 1)

@@ -1,4 +1,4 @@
-"""Progress on standard error: a live display on a terminal, plain lines elsewhere."""
+"""Progress on standard error: a live display on a terminal, now and then a line elsewhere."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from rich.table import Table
 from rich.text import Text
 
 DELAY = 0.7
-"""Seconds before anything is printed: shorter work needs no progress."""
-EVERY = 10.0
-"""Seconds between plain lines during a stage."""
+"""Seconds before anything is shown on a terminal: shorter work needs no progress."""
+EVERY = 30.0
+"""Seconds before and between plain lines, in a log or a script that nobody watches."""
 _LINES = 4
 """Most plain lines printed at a time."""
 
@@ -30,7 +30,6 @@ class Line:
         self.stage, self.note = "", ""
         self.done, self.total = 0, 0
         self.began = time.monotonic()
-        self.printed: str | None = None
 
     def __call__(self, stage: str, done: int, total: int, note: str = "") -> None:
         """Show that `done` of `total` steps of a stage are finished."""
@@ -87,7 +86,6 @@ class Display:
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="progress", daemon=True)
         self._live: Live | None = None
-        self._last = time.monotonic()
 
     def __enter__(self) -> Display:
         if not self._quiet:
@@ -144,9 +142,9 @@ class Display:
             self._console.print(text, style="dim", markup=False)
 
     def _run(self) -> None:
-        wait = DELAY
+        wait = DELAY if self._is_terminal else EVERY
         while not self._stop.wait(wait):
-            wait = 0.125 if self._is_terminal else 1.0
+            wait = 0.125 if self._is_terminal else EVERY
             with self._lock:
                 if self._hidden:
                     continue
@@ -171,15 +169,8 @@ class Display:
         self._live.update(grid, refresh=True)
 
     def _print(self) -> None:
-        """Print the lines with a new stage, or all if none was printed for a while."""
-        now = time.monotonic()
-        chosen = [line for line in self._lines if line.printed != line.stage]
-        if not chosen and now - self._last >= EVERY:
-            chosen = self._lines
-        for line in chosen[:_LINES]:
+        """Print what is in work."""
+        for line in self._lines[:_LINES]:
             self._console.print(line.plain(), markup=False)
-            line.printed, self._last = line.stage, now
-        if len(chosen) > _LINES:
-            self._console.print(f"and {len(chosen) - _LINES} more", markup=False)
-            for line in chosen:
-                line.printed = line.stage
+        if len(self._lines) > _LINES:
+            self._console.print(f"and {len(self._lines) - _LINES} more", markup=False)

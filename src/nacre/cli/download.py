@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from nacre.cli import options
+from nacre.cli import options, plans
 from nacre.cli.command import command as make
 from nacre.cli.display import Line
 from nacre.cli.options import option
@@ -33,6 +33,7 @@ from nacre.io.source import TERMS
     option("--mirror", metavar="URL", shown="NACRE_MIRROR"),
     "Server that offers DATABASE/FILE.",
     option("--accept-terms", is_flag=True, help="Accept the terms of use without being asked."),
+    plans=True,
 )
 def command(
     database: str | None,
@@ -66,6 +67,10 @@ def command(
         names = list(source.materials)
         print_json({"database": source.name, "page": source.page, "materials": names})
         say("\n".join(names) or f"{source.name}: names are at {source.page}")
+        return
+
+    if plans.is_wanted():
+        plans.tell_download(source, source.select(materials), output)
         return
 
     def agree(terms: str) -> bool:

@@ -13,7 +13,7 @@ from nacre.cli.display import Line
 from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
 from nacre.cli.report import keyed, print_facts, print_json, print_table, progress, report
-from nacre.errors import NacreError
+from nacre.errors import NacreError, did_you_mean
 from nacre.io.names import stem
 
 
@@ -64,8 +64,8 @@ def command(
     if source is None or target is None:
         raise click.UsageError("expected an INPUT and --to TARGET, or --list")
     if target not in PLACES and target not in TARGETS:
-        known = ", ".join((*TARGETS, *PLACES))
-        raise click.BadParameter(f"--to {target}: is not a known export target (known: {known})")
+        hint = did_you_mean(target, [*TARGETS, *PLACES], "nacre export --list shows them")
+        raise click.BadParameter(f"--to {target}: is no known target or place{hint}")
     line = progress(source.stem, "reading")
     loaded = _read(source, material, basis_name)
     if terms:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from nacre.cli import options
+from nacre.cli import options, plans
 from nacre.cli.display import Line
 from nacre.cli.kinds import check_pixels, expect
 from nacre.cli.report import (
@@ -24,7 +24,7 @@ from nacre.cli.report import (
     say,
 )
 from nacre.cli.session import session
-from nacre.errors import printable
+from nacre.errors import did_you_mean, printable
 from nacre.runtime.progress import Progress
 from nacre.workflows.watcher import Watcher
 
@@ -90,8 +90,12 @@ def fit_reflectances(paths: Sequence[Path], output: str | None, chosen: Mapping[
     if folders:
         _fit_folders(paths, Path(output or "."), chosen)
         return
-    targets = output_paths(paths, output, ending)
+    targets = output_paths(paths, output, ending, make_folder=not plans.is_wanted())
     fitting = _fitting(chosen, targets[0].suffix)
+    if plans.is_wanted():
+        plans.tell_fits(list(zip(paths, targets, strict=True)), chosen)
+        return
+    options.check_outputs(targets, paths)
     found = fit_files(
         paths, targets, fitting, executor=_executor(chosen), watcher=RunWatcher("fit")
     )
@@ -127,7 +131,9 @@ def _fitting(chosen: Mapping[str, Any], ending: str = "") -> Fitting:
     given: dict[str, Any] = {"ending": ending} if ending else {}
     if (name := chosen["model"]) != "nbrdf":
         if name not in MODELS:
-            raise click.BadParameter(f"--model {name}: is not one of nbrdf, {', '.join(MODELS)}")
+            known = ["nbrdf", *MODELS]
+            hint = did_you_mean(name, known, f"known: {', '.join(known)}")
+            raise click.BadParameter(f"--model {name}: is no known model{hint}")
         options.refuse(("network",), f"{name} is an analytic model")
         if chosen["precision"] is not None:
             raise click.BadParameter(f"--precision is for networks; {name} is an analytic model")
@@ -173,11 +179,16 @@ def _executor(chosen: Mapping[str, Any]) -> Executor | None:
 def _fit_folders(paths: Sequence[Path], output: Path, chosen: Mapping[str, Any]) -> None:
     from nacre.formats import formats
     from nacre.workflows import fit_library
+    from nacre.workflows.run import stale_fits
 
     endings = {ending for entry in formats() for ending in entry.extensions}
     if output.suffix.lower() in endings and not output.is_dir():
         raise click.BadParameter(f"{output}: must be a folder, since the input is one")
     fitting, executor = _fitting(chosen), _executor(chosen)
+    if plans.is_wanted():
+        stale, current = stale_fits(paths, output, fitting)
+        plans.tell_fits([(source.path, output / name) for source, name in stale], chosen, current)
+        return
     outcome = fit_library(paths, output, fitting, executor=executor, watcher=RunWatcher("fit"))
     words = ("fitted", "unchanged", "failed")
     counts: dict[str, tuple[Record, ...]] = {word: getattr(outcome, word) for word in words}
@@ -224,16 +235,21 @@ def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> 
     if output == "-":
         raise click.BadParameter("-o -: binary files cannot go to standard output; name a file")
     codec, directions = chosen["codec"], chosen["directions"]
-    (target,) = output_paths([source], output, ".safetensors")
+    (target,) = output_paths([source], output, ".safetensors", make_folder=not plans.is_wanted())
     state = target.with_name(f"{target.name}.state")
     listed = directions and Path(directions)
-    options.check_outputs([target], [source, codec_path(codec), listed], [state])
+    if not plans.is_wanted():
+        options.check_outputs([target], [source, codec_path(codec), listed], [state])
     if directions is None:
         check_pixels(source, chosen["pixels"])
     elif not source.is_dir():
         raise click.BadParameter("--directions is for folders of images; leave it out")
     if codec is not None:
         expect(codec, "a texture codec")
+    if plans.is_wanted():
+        half, given = chosen["precision"] == "half", {"quantity": chosen["pixels"]}
+        plans.tell_texture(source, target, codec_path(codec), half, directions=directions, **given)
+        return
     line = progress(target.stem, "reading")
     found = encode_texture(
         source,

@@ -17,7 +17,7 @@ SUBJECTS = {
 }
 """Kinds of materials and models that an option may be limited to."""
 
-SHARED = {"json", "force", "quiet", "verbose", "version", "help"}
+SHARED = {"dry-run", "json", "force", "quiet", "verbose", "version", "help"}
 """Names of the options that commands share."""
 
 _FIRST, _SHARED = "Options", "Shared options"

@@ -14,6 +14,7 @@ from click.shell_completion import CompletionItem
 from nacre.cli.layout import SUBJECTS, Option
 from nacre.cli.ranges import SEED, FiniteRange, IntRange
 from nacre.cli.session import session
+from nacre.errors import did_you_mean
 from nacre.included import names as included_names
 from nacre.included import resolve
 from nacre.io.files import check_not_inputs, check_writable
@@ -24,8 +25,22 @@ else:
     ParamType = click.ParamType
 
 
-class _Input(click.Path):
+class Choice(click.Choice[str]):
+    """One of a few words."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value not in self.choices:
+            problem = f"{value!r} is not one of {', '.join(self.choices)}"
+            self.fail(problem + did_you_mean(str(value), self.choices), param, ctx)
+        return super().convert(value, param, ctx)
+
+
+class Input(click.Path):
     """A file or folder to read, the name of an included material, or - for standard input."""
+
+    def others(self) -> Iterable[str]:
+        """Names that may stand in place of a file, but for those of included materials."""
+        return ()
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if value == "-":
@@ -42,8 +57,13 @@ class _Input(click.Path):
         return [*map(CompletionItem, found)] or super().shell_complete(ctx, param, incomplete)
 
 
-class _Codec(_Input):
+class _Codec(Input):
     """A codec file, or the name of an included codec."""
+
+    def others(self) -> Iterable[str]:
+        from nacre.textures.codecs.codec_file import PRETRAINED
+
+        return PRETRAINED
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         from nacre.textures.codecs.codec_file import PRETRAINED
@@ -51,7 +71,7 @@ class _Codec(_Input):
         return PRETRAINED.get(value) or super().convert(value, param, ctx)
 
 
-class _Output(click.Path):
+class Output(click.Path):
     """A file to write; - is standard output if the command writes text, with the ending `text`."""
 
     def __init__(self, text: str = "") -> None:
@@ -123,7 +143,7 @@ def _direction(text: str) -> tuple[float, ...]:
     return angles
 
 
-INPUT, OUTPUT = _Input(path_type=Path), _Output()
+INPUT, OUTPUT = Input(path_type=Path), Output()
 TEXELS, DIRECTION = Parsed("WxH", _texels), Parsed("THETA,PHI", _direction)
 TEXEL = integers("12,7", 2)
 
@@ -141,7 +161,7 @@ def option(names: str, kind: ParamType | Sequence[str] | None = None, **settings
         As :class:`nacre.cli.layout.Option` takes them: `group` says what it is about. The help
         may follow as text; see :func:`nacre.cli.command.command`.
     """
-    chosen = kind if kind is None or isinstance(kind, click.ParamType) else click.Choice(kind)
+    chosen = kind if kind is None or isinstance(kind, click.ParamType) else Choice(kind)
     return Option(names.split(), type=chosen, **settings)
 
 
@@ -208,7 +228,7 @@ def output_option(
     about: str = "", *, required: bool = True, text: str = "", **settings: Any
 ) -> Option:
     """Option for the file that a command writes; `text` as for standard output."""
-    return option("-o --output", _Output(text), required=required, help=about, **settings)
+    return option("-o --output", Output(text), required=required, help=about, **settings)
 
 
 def _shared(names: str, kind: Any = None, **defaults: Any) -> Callable[..., Option]:

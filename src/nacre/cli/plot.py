@@ -30,7 +30,8 @@ def _angles(text: str) -> tuple[float, ...]:
 @make(
     "plot",
     options.inputs_argument(),
-    options.output_option("Plot to write (.png, .svg, .pdf).", required=False, default="lobes.png"),
+    options.output_option(required=False, shown="NAME_lobes.png; lobes.png for several"),
+    "Plot to write (.png, .svg, .pdf).",
     option("--texel", options.TEXEL, applies="btf", metavar="X,Y", shown="the mean of all"),
     "Texel whose lobes to plot: column and row, counted from 0.",
     option("--incidence", options.Parsed("DEG,DEG", _angles), default=_DEFAULT),
@@ -44,7 +45,7 @@ def _angles(text: str) -> tuple[float, ...]:
 )
 def command(
     paths: tuple[Path, ...],
-    output: Path,
+    output: Path | None,
     texel: tuple[int, int] | None,
     incidence: tuple[float, ...],
     azimuth: float,
@@ -57,6 +58,7 @@ def command(
     """
     from nacre.figures.plot import check_plot_path, lobe_figure, write_plot
 
+    output = output or Path(f"{paths[0].stem}_lobes.png" if len(paths) == 1 else "lobes.png")
     check_plot_path(output)
     check_count(len(paths))
     options.check_outputs([output], paths)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
 import sys
-import tempfile
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,6 +22,7 @@ class Session:
     verbose: bool = False
     force: bool = False
     as_json: bool = False
+    dry_run: bool = False
     display: Display | None = None
     piped: Path | None = None
     """File to copy to standard output at the end."""
@@ -33,6 +32,9 @@ class Session:
 
     def folder(self) -> Path:
         """A temporary folder, removed when the command ends."""
+        import shutil
+        import tempfile
+
         folder = Path(tempfile.mkdtemp(prefix="nacre-"))
         self.folders.append(folder)
         self.stack.callback(shutil.rmtree, folder, ignore_errors=True)
@@ -40,6 +42,8 @@ class Session:
 
     def spooled(self) -> Path:
         """Standard input as a file, with an ending if its first bytes suggest one."""
+        import shutil
+
         first = sys.stdin.buffer.read(64)
         ending = guessed_ending(first)
         path = self.folder() / f"stdin{ending}"

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 import shlex
 from collections.abc import Container, Sequence
-from contextlib import suppress
 from itertools import islice
 from pathlib import Path
 
 import click
 
 from nacre.errors import FormatError, NacreError, printable
+from nacre.io.files import missing
 
 _LINES = {
     "measured": {
@@ -68,9 +67,7 @@ def answer_file(words: Sequence[str], commands: Container[str]) -> None:
     if not os.path.lexists(path):
         if not Path(name).suffix and os.sep not in name:
             return
-        near = _near(path)
-        hint = f"; did you mean {' or '.join(near)}?" if near else ""
-        raise FormatError(f"{name}: no such file{hint}")
+        raise missing(path)
     if rest and rest[0] in commands:
         typed = shlex.join(["nacre", rest[0], name, *rest[1:]])
         raise NacreError(f"{name}: is a file; the command comes first: {typed}")
@@ -105,12 +102,3 @@ def _described(path: Path) -> tuple[str, dict[str, str]]:
     if entry.kind == "btf":
         return kind, _LINES["texture" if entry.load_material is None else "codes"]
     return kind, _LINES["measured" if entry.measured else "model"]
-
-
-def _near(path: Path) -> list[str]:
-    """Paths in the folder of an absent one whose names are like its own."""
-    folder = path.parent
-    with suppress(OSError):
-        names = [each.name for each in folder.iterdir()]
-        return [str(folder / name) for name in difflib.get_close_matches(path.name, names, 3)]
-    return []

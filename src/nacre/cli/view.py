@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from nacre.cli import options
+from nacre.cli import options, plans
 from nacre.cli.command import command as make
 from nacre.cli.display import Line
 from nacre.cli.options import option
@@ -44,6 +44,7 @@ _NOTICE = 1 << 20  # bytes
     "Port to serve the page on.",
     option("--open/--no-open opened", group="a served page", default=True),
     "Open the served page in a browser.",
+    plans=True,
 )
 def command(paths: tuple[Path, ...], output: Path | None, **chosen: Any) -> None:
     """Show materials on a web page, where you can turn them in the light and compare them.
@@ -62,6 +63,11 @@ def command(paths: tuple[Path, ...], output: Path | None, **chosen: Any) -> None
     from nacre.workflows.viewing import find_materials
 
     found = find_materials(paths)
+    if plans.is_wanted():
+        work = f"show {counted(len(found), 'material', 'materials')} on a page"
+        work += "" if output else ", served on this machine until Ctrl-C"
+        plans.tell([each.path for each in found], [(output, "")] if output else [], work)
+        return
     options.check_outputs([output], [source.path for source in found])
     stems = {path.stem for path in paths}
     title = chosen["title"] or (paths[0].stem if len(stems) == 1 else "Materials")

@@ -14,13 +14,13 @@ import numpy as np
 import platformdirs
 
 
-def code_folder(name: str, sources: Iterable[Path], versions: tuple[str, ...] = ()) -> Path:
-    """Folder for the code compiled from sources by these libraries, for this processor.
+def code_folder(name: str, sources: Iterable[Path]) -> Path:
+    """Folder for the code compiled from sources, for this processor.
 
     It lies in the user's folder for caches, or in `NUMBA_CACHE_DIR`. Processes on different
     processors that share a home directory have folders of their own.
     """
-    libraries = (*versions, llvmlite.__version__, np.__version__, sys.version)
+    libraries = (llvmlite.__version__, np.__version__, sys.version)
     processor = (
         llvmlite.binding.get_host_cpu_name(),
         llvmlite.binding.get_host_cpu_features().flatten(),

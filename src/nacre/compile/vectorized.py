@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
-import os
 import threading
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -18,6 +16,7 @@ import numpy.typing as npt
 
 from nacre.array import Array, Components, Weights
 from nacre.compile.code_folder import code_folder
+from nacre.compile.machine_code import function_type, kept, load, target
 from nacre.compile.trace import FLOAT, MASK, Trace
 from nacre.compile.vector_code import LANES, Program, module
 from nacre.runtime.parallel import thread_slices
@@ -28,8 +27,7 @@ Formula: TypeAlias = Callable[[Components, Components], tuple[Outputs, Array]]
 
 _PARALLEL = 100_000  # pairs from which all cores work
 _SLICE = 1 << 15  # pairs that a core takes at a time
-_DIGEST = 32  # bytes before the code in a file: a damaged one could do anything
-_SOURCES = ("trace.py", "elementary.py", "vector_code.py", "vectorized.py")
+_SOURCES = ("trace.py", "elementary.py", "vector_code.py", "vectorized.py", "machine_code.py")
 
 _lock = threading.Lock()
 _loaded: dict[Program, tuple[Any, Any]] = {}
@@ -99,24 +97,9 @@ def _compiled(program: Program) -> Any:
     """A program's function, compiled once per machine, that needs no interpreter lock."""
     with _lock:
         if program not in _loaded:
-            engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _target())
-            engine.add_object_file(llvm.ObjectFileRef.from_data(_code(program)))
-            engine.finalize_object()
-            kind = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_int64, *[ctypes.c_void_p] * 5)
-            _loaded[program] = kind(engine.get_function_address("run")), engine
+            kind = function_type(ctypes.c_int64, *[ctypes.c_void_p] * 5)
+            _loaded[program] = load(_code(program), kind)
         return _loaded[program][0]
-
-
-def _target() -> Any:
-    """What code is compiled for; an engine takes it for its own."""
-    if llvm.llvm_version_info[0] < 20:  # later ones do so by themselves
-        llvm.initialize()
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    target = llvm.Target.from_default_triple()
-    features = llvm.get_host_cpu_features().flatten()
-    cpu = llvm.get_host_cpu_name()
-    return target.create_target_machine(cpu=cpu, features=features, opt=2, jit=True)
 
 
 @cache
@@ -128,15 +111,5 @@ def _folder() -> Path:
 def _code(program: Program) -> bytes:
     """The object file of a program, from the disk if it is there."""
     name = hashlib.sha256(repr(program).encode()).hexdigest()[:32]
-    with suppress(OSError):
-        path = _folder() / f"{name}.o"
-        kept = path.read_bytes()
-        if hashlib.sha256(kept[_DIGEST:]).digest() == kept[:_DIGEST]:
-            return kept[_DIGEST:]
-    code: bytes = _target().emit_object(llvm.parse_assembly(str(module(program))))
-    with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_suffix(f".{os.getpid()}")  # only one thread at a time gets here
-        part.write_bytes(hashlib.sha256(code).digest() + code)
-        part.replace(path)
-    return code
+    path = _folder() / f"{name}.o"
+    return kept(path, lambda: target().emit_object(llvm.parse_assembly(str(module(program)))))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from nacre.download.databases import Database, Facts, databases, find
-from nacre.download.fetch import Fetched, cache_folder, fetch
+from nacre.download.fetch import Fetched, cache_folder, destination, fetch
 from nacre.download.transfer import UnreachableError
 
 __all__ = [
@@ -13,6 +13,7 @@ __all__ = [
     "UnreachableError",
     "cache_folder",
     "databases",
+    "destination",
     "fetch",
     "find",
 ]

@@ -7,7 +7,6 @@ database needs a mirror.
 
 from __future__ import annotations
 
-import difflib
 import fnmatch
 import re
 from collections.abc import Mapping, Sequence
@@ -16,7 +15,7 @@ from functools import cache
 from importlib import resources
 from urllib.parse import urlsplit
 
-from nacre.errors import NacreError
+from nacre.errors import NacreError, did_you_mean
 
 
 @dataclass(frozen=True)
@@ -51,9 +50,8 @@ class Database:
             return self.materials[material]
         if not self.materials and re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", material):
             return Facts(size=self.size)
-        near = difflib.get_close_matches(material, self.materials, n=3)
-        hint = f"did you mean {', '.join(near)}?" if near else self._where_names_are()
-        raise NacreError(f"{self.name}: has no material {material!r}; {hint}")
+        hint = did_you_mean(material, self.materials, self._where_names_are())
+        raise NacreError(f"{self.name}: has no material {material!r}{hint}")
 
     def select(self, patterns: Sequence[str]) -> list[str]:
         """The materials that match names or patterns with `*`, `?` and `[...]`, in order.
@@ -148,7 +146,8 @@ def databases() -> Mapping[str, Database]:
 def find(name: str) -> Database:
     """The database of a name; a NacreError if there is none."""
     if name not in databases():
-        raise NacreError(f"there is no database {name!r}; expected one of {', '.join(databases())}")
+        hint = did_you_mean(name, databases(), f"expected one of {', '.join(databases())}")
+        raise NacreError(f"there is no database {name!r}{hint}")
     return databases()[name]
 
 

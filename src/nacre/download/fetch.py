@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import os
 import re
+import stat
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import platformdirs
 
@@ -18,7 +20,7 @@ from nacre.errors import NacreError
 from nacre.formats import load
 from nacre.io.disguise import disguise
 from nacre.io.files import PathLike, digest, first_bytes, write_encoded
-from nacre.io.outputs import check_replaceable, record_output
+from nacre.io.outputs import check_replaceable, overwrite
 from nacre.io.source import TERMS
 from nacre.runtime.lock import exclusive
 
@@ -76,14 +78,15 @@ def fetch(
         the folder cannot be written.
     """
     facts = database.facts(material)
-    folder = Path(folder) if folder is not None else cache_folder() / database.name
-    path = folder / database.file_name(material)
+    path = destination(database, material, folder)
+    folder = path.parent
     record = path.with_name(path.name + ".json")
     try:
         if found := _present(path, record, facts.sha256):
             return found
         url = database.address(material, mirror or os.environ.get("NACRE_MIRROR") or None)
-        check_replaceable(path)
+        with overwrite(_is_damaged(path, record)):
+            check_replaceable(path)
         _accept(database, folder, agree)
         with exclusive(path.with_name(f".{path.name}.lock")):
             return _present(path, record, facts.sha256) or _download(
@@ -95,6 +98,12 @@ def fetch(
         raise type(error)(f"{error}; {hint}") from error
     except OSError as error:
         raise NacreError(f"{path}: cannot be read or written: {error.strerror}") from error
+
+
+def destination(database: Database, material: str, folder: PathLike | None = None) -> Path:
+    """Where :func:`fetch` puts a file; NacreError if the material is unknown."""
+    parent = Path(folder) if folder is not None else cache_folder() / database.name
+    return parent / database.file_name(material)
 
 
 def _present(path: Path, record: Path, known: str | None) -> Fetched | None:
@@ -125,11 +134,28 @@ def downloaded(folder: Path) -> Iterator[Path]:
 
 def _recorded(record: Path) -> str | None:
     """Checksum of an earlier download."""
-    try:
-        value = json.loads(record.read_text(encoding="utf-8"))["sha256"]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return None
+    value = _known(record).get("sha256")
     return value if isinstance(value, str) else None
+
+
+def _is_damaged(path: Path, record: Path) -> bool:
+    """Whether a file is an earlier download that nobody has written to since, whatever is in it."""
+    known = _known(record)
+    try:
+        status = path.lstat()
+    except OSError:
+        return False
+    same = (status.st_size, status.st_mtime_ns) == (known.get("bytes"), known.get("modified_ns"))
+    return same and stat.S_ISREG(status.st_mode) and bool(status.st_mode & 0o222)
+
+
+def _known(record: Path) -> dict[str, Any]:
+    """What is known of an earlier download."""
+    try:
+        content = json.loads(record.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return content if isinstance(content, dict) else {}
 
 
 def _accept(database: Database, folder: Path, agree: Callable[[str], bool]) -> None:
@@ -147,7 +173,7 @@ def _download(
     database: Database, material: str, url: str, path: Path, record: Path, progress: Progress | None
 ) -> Fetched:
     facts = database.facts(material)
-    first = _recorded(record)
+    first, damaged = _recorded(record), _is_damaged(path, record)
     part = path.with_name(f".{path.stem}.part{path.suffix}")
     transfer = Transfer(part, facts.size, database.limit, progress)
     transfer(url)
@@ -177,16 +203,16 @@ def _download(
         "material": material,
         "url": public,
         "bytes": part.stat().st_size,
+        "modified_ns": part.stat().st_mtime_ns,
         "sha256": sha256,
         "verified": verified,
         "downloaded": datetime.now(UTC).isoformat(timespec="seconds"),
     }
     # Write the record first: a file without one would count as put there by hand.
     write_encoded(record, str.encode, json.dumps(content, indent=1) + "\n", internal=True)
-    check_replaceable(path)
+    with overwrite(damaged):
+        check_replaceable(path)
     with part.open("rb+") as file:
         os.fsync(file.fileno())
-    record_output(path, upcoming=part)
     part.replace(path)
-    record_output(path)
     return Fetched(path, sha256, verified, True)

@@ -6,7 +6,6 @@ the family is, where it comes from and its license. `scripts/included.py` makes 
 
 from __future__ import annotations
 
-import difflib
 import json
 import os
 import re
@@ -18,7 +17,7 @@ from typing import Literal
 
 import safetensors
 
-from nacre.errors import FormatError
+from nacre.errors import FormatError, did_you_mean
 from nacre.io.files import PathLike
 from nacre.io.source import TERMS
 
@@ -128,10 +127,8 @@ def resolve(path: PathLike) -> Path:
     if text in names():
         return families()[match[1]].folder / f"{match[2]}{_ENDING}"
     same = [name for name in names() if match[2] and name.partition(":")[2] == match[2]]
-    near = [*same, *difflib.get_close_matches(text, names(), 3)]
-    what = " or ".join(list(dict.fromkeys(near))[:3])
-    hint = f"did you mean {what}?" if near else "'nacre materials' lists them"
-    raise FormatError(f"{text}: is neither a file nor a material that comes with nacre; {hint}")
+    hint = did_you_mean(text, same or names(), "'nacre materials' lists them")
+    raise FormatError(f"{text}: is neither a file nor a material that comes with nacre{hint}")
 
 
 def _files(family: Family) -> list[Path]:

@@ -17,9 +17,9 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from nacre.errors import FormatError
+from nacre.errors import FormatError, did_you_mean
 from nacre.io.format import HEAD
-from nacre.io.outputs import check_replaceable, record_output
+from nacre.io.outputs import check_replaceable, mark_output, remember_output
 
 PathLike: TypeAlias = str | os.PathLike[str]
 Identity: TypeAlias = tuple[int, int, int]
@@ -78,8 +78,31 @@ def file_errors(path: PathLike, done: str = "read") -> Iterator[None]:
     """
     try:
         yield
+    except FileNotFoundError as error:
+        if done == "read":
+            raise missing(path) from error
+        raise FormatError(f"{path}: cannot be {done}: {error.strerror or error}") from error
     except OSError as error:
         raise FormatError(f"{path}: cannot be {done}: {error.strerror or error}") from error
+
+
+def missing(path: PathLike, names: Iterable[str] = ()) -> FormatError:
+    """The error for a file that is not there, with similar names: of files in its folder, or of
+    what `names` could stand in its place, such as included bases.
+    """
+    path = Path(path)
+    if not path.parent.is_dir():
+        return FormatError(f"{path}: no such file, and no folder {path.parent}")
+    found: list[str] = []
+    with suppress(OSError), os.scandir(path.parent) as entries:
+        found = [entry.name for entry in entries if not entry.name.startswith(".")]
+    alike = [name for name in found if Path(name).stem == path.stem]
+    spelled = [*names, *(str(path.with_name(name)) for name in sorted(found))]
+    same_stem = [str(path.with_name(name)) for name in sorted(alike)]
+    for similarity, known in ((0.9, spelled), (0.2, same_stem), (0.7, spelled)):
+        if hint := did_you_mean(str(path), known, similarity=similarity):
+            return FormatError(f"{path}: no such file{hint}")
+    return FormatError(f"{path}: no such file")
 
 
 @contextmanager
@@ -168,7 +191,7 @@ def atomic_path(path: PathLike, *, internal: bool = False) -> Iterator[Path]:
     What a killed process left behind here is removed when another one writes the same file again.
 
     An `internal` file is nacre's own, such as a state or a cache: it is replaced without a question
-    and not recorded as an output.
+    and not marked as an output.
 
     Raises FormatError if `path` is a directory, its folder is absent or cannot be written, or a
     file is there that must not be replaced: see :mod:`nacre.io.outputs`.
@@ -180,18 +203,18 @@ def atomic_path(path: PathLike, *, internal: bool = False) -> Iterator[Path]:
     try:
         with file_errors(path, "written"):
             yield temporary
+            if not internal:
+                mark_output(temporary)
             with temporary.open("rb+") as file:
                 os.fsync(file.fileno())
             with suppress(FileNotFoundError):
                 if not path.is_symlink():
                     temporary.chmod(stat.S_IMODE(path.stat().st_mode))
-            if not internal:
-                record_output(path, upcoming=temporary)
             temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
     if not internal:
-        record_output(path)
+        remember_output(path)
 
 
 def remove_file(path: PathLike) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -59,3 +61,35 @@ class Format:
     load_material: Callable[[Path], Any] | None = None
     """Reads a texture of one texel as a reflectance, where the format has these; raises
     :class:`nacre.FormatError` for a larger one."""
+
+
+@dataclass(frozen=True)
+class Signature:
+    """What the registry knows of a format before it imports the module that has the entry.
+
+    It leaves out formats that a file cannot be of; among the others, the entries decide. Most files
+    leave one.
+    """
+
+    place: str
+    """Where the entry is: "nacre.measured.rgl:FORMAT"."""
+    extensions: tuple[str, ...]
+    """As in the entry, like `kind` and `measured`."""
+    pattern: bytes | None
+    """A regular expression of bytes, found somewhere in the first :data:`HEAD` bytes of every file
+    of this format, where a dot stands for any byte: `rb"\\Atensor_file\\0"` for bytes at the start,
+    `rb"<materialx"` for a word behind comments. None where the entry has no `recognize`."""
+    kind: Kind = "brdf"
+    measured: bool = True
+    writes: bool = True
+    """Whether the entry has `save`."""
+    folders: bool = False
+    """Whether it has `claims_folder`."""
+
+    def allows(self, head: bytes) -> bool:
+        """Whether a file with these first bytes can be of this format by its content."""
+        return self._compiled is not None and self._compiled.search(head) is not None
+
+    @cached_property
+    def _compiled(self) -> re.Pattern[bytes] | None:
+        return None if self.pattern is None else re.compile(self.pattern, re.DOTALL)

@@ -1,25 +1,21 @@
 """Which files may be replaced: those that the same command wrote, and nobody changed since.
 
 Measurements cost days, so nothing else is replaced unless the user says so. What nacre wrote is
-recorded in the user's folder for states (`NACRE_STATE`, else the platform's): for each output a
-small file with its size, its time of change and the command that wrote it.
+known by the mark in it (:mod:`nacre.io.marks`), wherever it was copied or moved. A Python program
+may also replace what it wrote itself in formats without a place for a mark.
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
 import stat
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
-
-import platformdirs
 
 from nacre.errors import FormatError
+from nacre.io.marks import add_mark, can_be_marked, read_mark
 
 PathLike = str | os.PathLike[str]
 
@@ -33,6 +29,9 @@ class _Policy:
 
 
 _policy = _Policy()
+
+_written: dict[Path, tuple[int, int]] = {}
+"""Size and time of change of the files that this process wrote and that no mark tells of."""
 
 
 @contextmanager
@@ -61,8 +60,8 @@ def written_by(command: str) -> AbstractContextManager[None]:
 def check_replaceable(path: PathLike) -> None:
     """Refuse to write where there is a file that must not be replaced.
 
-    It is a link, read-only, owned by another user, or not known as written by nacre, by this
-    command and unchanged since. Not within :func:`overwrite`.
+    It is a link, read-only, owned by another user, or has no mark that says that this command wrote
+    it, or was changed since. Not within :func:`overwrite`.
     """
     path = Path(path)
     if _policy.force:
@@ -75,35 +74,22 @@ def check_replaceable(path: PathLike) -> None:
         raise FormatError(f"{path}: {problem}; name another output, or use --force to replace it")
 
 
-def record_output(path: PathLike, upcoming: PathLike | None = None) -> None:
-    """Note that this command wrote a file; where that cannot be noted, the file counts as a
-    stranger's.
+def mark_output(path: Path) -> None:
+    """Mark a file that was just written as this command's, if its format has a place for that."""
+    add_mark(path, _policy.command)
 
-    `upcoming` is about to take its name: whichever of them a process leaves that is killed between
-    is then known.
-    """
-    path = Path(path)
-    record = _record(path)
+
+def remember_output(path: Path) -> None:
+    """Note that this process wrote a file, if it has no mark: a program may write it again."""
     with suppress(OSError):
-        status = Path(upcoming or path).lstat()
-        state = {"size": status.st_size, "modified_ns": status.st_mtime_ns}
-        known = {"path": str(_absolute(path)), "command": _policy.command}
-        content = {**known, **state} if upcoming is None else {**known, "upcoming": state}
-        if upcoming is not None:
-            content = _read(record) | content
-        record.parent.mkdir(parents=True, exist_ok=True)
-        temporary = record.with_suffix(f".{os.getpid():x}")
-        temporary.write_text(json.dumps(content), encoding="utf-8")
-        temporary.replace(record)
+        if read_mark(path) is None:
+            status = path.lstat()
+            _written[_absolute(path)] = status.st_size, status.st_mtime_ns
 
 
-def _read(record: Path) -> dict[str, Any]:
-    """What a record holds; nothing if it cannot be read."""
-    with suppress(OSError, ValueError, RecursionError):
-        content = json.loads(record.read_text(encoding="utf-8"))
-        if isinstance(content, dict):
-            return content
-    return {}
+def _absolute(path: Path) -> Path:
+    """The path of a file whose folder has no links left, but which may be one itself."""
+    return path.parent.resolve() / path.name
 
 
 def _problem(path: Path, status: os.stat_result) -> str:
@@ -116,30 +102,19 @@ def _problem(path: Path, status: os.stat_result) -> str:
         return "exists and is read-only"
     if hasattr(os, "geteuid") and status.st_uid != os.geteuid():
         return "exists and belongs to another user"
-    known = _read(_record(path))
-    upcoming = known.get("upcoming")
-    states = [known, upcoming if isinstance(upcoming, dict) else {}]
-    if not any("size" in state for state in states) or "command" not in known:
+    own = _written.get(_absolute(path)) == (status.st_size, status.st_mtime_ns)
+    if own and not _policy.command:
+        return ""
+    mark = None
+    with suppress(OSError):
+        mark = read_mark(path)
+    if mark is None and can_be_marked(path):
         return "exists and was not written by nacre"
-    now, command = (status.st_size, status.st_mtime_ns), str(known["command"])
-    same = any((state.get("size"), state.get("modified_ns")) == now for state in states)
-    if not same:
+    if mark is None:
+        return f"exists, and {path.suffix} files do not say who wrote them"
+    if not mark.whole:
         return "exists and was changed since nacre wrote it"
-    if _policy.command and command != _policy.command:
-        return f"exists and was written by {command or 'another program'}"
+    if _policy.command and mark.command != _policy.command:
+        by = "a program" if mark.command == "nacre" else mark.command
+        return f"exists and was written by {by}"
     return ""
-
-
-def _record(path: Path) -> Path:
-    name = hashlib.sha256(os.fsencode(_absolute(path))).hexdigest()[:40]
-    return records_folder() / name[:2] / name
-
-
-def records_folder() -> Path:
-    """Folder of the records of outputs: in `NACRE_STATE`, else in the platform's for states."""
-    return Path(os.environ.get("NACRE_STATE") or platformdirs.user_state_dir("nacre"), "outputs")
-
-
-def _absolute(path: Path) -> Path:
-    """The path of a file whose folder has no links left, but which may be one itself."""
-    return path.parent.resolve() / path.name

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nacre.errors import FormatError, reason
-from nacre.io.files import PathLike, check_json, first_bytes, read_bytes, write_encoded
+from nacre.io.files import PathLike, check_json, first_bytes, missing, read_bytes, write_encoded
 from nacre.io.tensors import format_errors, from_file, to_bytes
 from nacre.latent.basis import CodedBrdf, LatentBasis
 from nacre.registry import Registry
@@ -150,4 +150,8 @@ def find_basis(name: PathLike) -> LatentBasis:
     """
     if name == "neural":
         return pretrained_basis()
-    return pretrained_hypernetwork() if name == "hypernetwork" else load_basis(name)
+    if name == "hypernetwork":
+        return pretrained_hypernetwork()
+    if not Path(name).exists():
+        raise missing(name, PRETRAINED)
+    return load_basis(name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from nacre.errors import NacreError
+from nacre.errors import NacreError, did_you_mean
 from nacre.latent.basis import LatentBasis
 
 KINDS: Mapping[str, Sequence[str]] = {
@@ -45,5 +45,6 @@ def members(basis: LatentBasis, kind: str) -> list[int]:
     ]
     if not found:
         there = f"kinds are {', '.join(known)}" if known else "their names tell no kind"
-        raise NacreError(f"the basis was trained on no material like {kind!r}; {there}")
+        hint = did_you_mean(kind, known, there)
+        raise NacreError(f"the basis was trained on no material like {kind!r}{hint}")
     return found

@@ -48,8 +48,7 @@ def described_bsdf(text: str, where: str = "the description") -> MitsubaBrdf:
     except NacreError:
         raise
     except Exception as error:  # Mitsuba raises what its parser, plugins and pybind meet
-        said = " ".join(str(error).split())[:600]
-        raise NacreError(f"{where}: Mitsuba: {said}") from error
+        raise NacreError(f"{where}: Mitsuba: {reason(error, whole=True)}") from error
     return _virtual(bsdf, where)
 
 

@@ -24,7 +24,7 @@ makes two colors."""
 
 SOURCE = (
     f"FLIP of an even change of color: {UNSEEN:g} if nobody notices it, {NOTICED:g} if it is just "
-    f"noticeable, {DISTINCT:g} if it makes two colors; a convention (docs/reference/measures.md)"
+    f"noticeable, {DISTINCT:g} if it makes two colors; a convention, see docs/reference/measures.md"
 )
 """Where the thresholds are from, for people."""
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Floats, Image
-from nacre.errors import NacreError, require
+from nacre.errors import NacreError, reason, require
 
 
 def can_denoise() -> bool:
@@ -29,7 +29,7 @@ def denoise(picture: Floats, albedo: Floats, normals: Floats) -> Image:
     try:
         result: Image = _library().denoise(*images, hdr=True)
     except RuntimeError as error:
-        raise NacreError(f"the denoiser failed: {error}; render without it") from error
+        raise NacreError(f"the denoiser failed: {reason(error)}; render without it") from error
     return result
 
 

@@ -18,8 +18,8 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.color import luminance
-from nacre.errors import FormatError, NacreError
-from nacre.io.files import PathLike
+from nacre.errors import FormatError, NacreError, reason
+from nacre.io.files import PathLike, missing
 from nacre.io.image_file import bitmaps, read_bitmap
 
 EXPOSURE = 0.8
@@ -138,7 +138,7 @@ def load_environment(path: PathLike) -> Environment:
     if path.suffix.lower() not in EXTENSIONS:
         raise FormatError(f"{path}: an environment map ends in one of {', '.join(EXTENSIONS)}")
     if not path.is_file():
-        raise FormatError(f"{path}: no such file")
+        raise missing(path)
     mi = bitmaps()
     try:
         bitmap = read_bitmap(path)
@@ -149,5 +149,6 @@ def load_environment(path: PathLike) -> Environment:
     except MemoryError as error:
         raise FormatError(f"{path}: claims more pixels than memory holds") from error
     except (RuntimeError, ValueError) as error:
-        last_line = str(error).strip().rpartition("\n")[2]
-        raise FormatError(f"{path}: not a usable environment: {last_line}") from error
+        raise FormatError(
+            f"{path}: not a usable environment: {reason(error, whole=True)}"
+        ) from error

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Floats
-from nacre.errors import NacreError
+from nacre.errors import NacreError, did_you_mean
 from nacre.mitsuba.engine import mitsuba
 from nacre.mitsuba.environment import Environment
 from nacre.mitsuba.lights import DirectionalLight
@@ -88,7 +88,8 @@ def upright_sphere(mi: Any, bsdf: Any) -> dict[str, Any]:
 def check_name(what: str, name: str, known: Sequence[str]) -> None:
     """Raise NacreError if a name is not one of those known."""
     if name not in known:
-        raise NacreError(f"no {what} {name!r}: choose one of {', '.join(known)}")
+        hint = did_you_mean(name, known, f"choose one of {', '.join(known)}")
+        raise NacreError(f"no {what} {name!r}{hint}")
 
 
 def camera(

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from nacre.array import Image
-from nacre.errors import FormatError, NacreError, is_shortage
+from nacre.errors import FormatError, NacreError, is_shortage, reason
 from nacre.io.files import PathLike
 from nacre.mitsuba.engine import mitsuba
 from nacre.mitsuba.plugins import register
@@ -59,7 +59,7 @@ def render_file(
     except NacreError:
         raise
     except RuntimeError as error:
-        raise NacreError(f"{path}: {_one_line(error)}") from error
+        raise NacreError(f"{path}: {reason(error, whole=True)}") from error
 
 
 def load_scene(path: PathLike) -> Any:
@@ -141,13 +141,4 @@ def _made(path: PathLike, make: Callable[[], Any]) -> Any:
     except Exception as error:  # Mitsuba raises what its parser, plugins and bindings meet
         if is_shortage(error):
             raise NacreError(f"{path}: not enough memory to load the scene") from error
-        raise FormatError(f"{path}: Mitsuba: {_one_line(error)}") from error
-
-
-def _one_line(error: Exception) -> str:
-    """Mitsuba's message, without the traceback of an error inside one of this package's plugins."""
-    where, traceback, inner = str(error).partition("Traceback (most recent call last):")
-    if traceback:
-        last = inner.strip().splitlines()[-1]
-        return f"{' '.join(where.split())} {last.partition(': ')[2]}"
-    return " ".join(where.split())
+        raise FormatError(f"{path}: Mitsuba: {reason(error, whole=True)}") from error

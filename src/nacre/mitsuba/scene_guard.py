@@ -8,7 +8,7 @@ from typing import NamedTuple
 from xml.parsers import expat
 
 from nacre.errors import FormatError
-from nacre.io.files import PathLike
+from nacre.io.files import PathLike, missing
 
 MAX_DEPTH = 64
 """Levels of nested elements: Mitsuba's parser recurses for each, until the stack overflows."""
@@ -32,7 +32,7 @@ def check_scene(path: PathLike) -> None:
     includes itself, and if a file cannot be read.
     """
     if not Path(path).is_file():
-        raise FormatError(f"{path}: no such file")
+        raise missing(path)
     _Files(path).size(Path(path), str(path))
 
 

@@ -62,14 +62,24 @@ class Samples:
         The last block is filled up by repeating samples from the start.
         """
         x, f, w = (np.asarray(a, np.float32) for a in (inputs, rgb, weight))
+        made = cls.empty(len(x), x.shape[1], angle)
+        filled = np.arange(made.block_count * BLOCK) % len(x)
+        made.fill(0, x[filled], f[filled], w[filled])
+        return made
+
+    @classmethod
+    def empty(cls, count: int, inputs: int, angle: float = 0.0) -> Samples:
+        """Room for a number of samples."""
+        return cls(aligned_zeros(-(-count // BLOCK) * (inputs + 4) * BLOCK), inputs, angle)
+
+    def fill(self, first: int, inputs: Floats, rgb: Floats, weight: Floats) -> None:
+        """Write whole blocks of samples, as :meth:`pack` takes them, from a block on."""
+        count = len(inputs) // BLOCK
+        blocks = self.blocks.reshape(-1, self.rows, BLOCK)[first : first + count]
         with np.errstate(over="ignore"):
-            targets = np.clip(f * w[:, None], 0.0, _LARGEST)
-        rows = np.concatenate([x, targets, w[:, None]], axis=1)
-        padded = np.take(rows, np.arange(-(-len(rows) // BLOCK) * BLOCK) % len(rows), axis=0)
-        blocks = aligned_zeros(padded.size)
-        shaped = blocks.reshape(-1, rows.shape[1], BLOCK)
-        shaped[:] = padded.reshape(-1, BLOCK, rows.shape[1]).transpose(0, 2, 1)
-        return cls(blocks, x.shape[1], angle)
+            targets = np.clip(rgb * weight[:, None], 0.0, _LARGEST)
+        for row, values in enumerate((*inputs.T, *targets.T, weight)):
+            blocks[:, row] = values.reshape(count, BLOCK)
 
     def split(self, fraction: float) -> tuple[Samples, Samples]:
         """The first blocks, and the last `fraction` of them (at least one)."""
@@ -96,16 +106,20 @@ def draw(
     """
     samples = draw_samples(brdf, count, seed, progress, distribution)
     angle = axis_angle(samples, brdf.isotropic, inputs)
-    values = np.empty((count, input_count(inputs, brdf.isotropic)), np.float32)
+    made = Samples.empty(count, input_count(inputs, brdf.isotropic), angle)
 
     def fill(start: int) -> None:
-        part = slice(start, start + _CHUNK)
+        # The last block is filled up by repeating samples from the start.
+        end = min(start + _CHUNK, made.block_count * BLOCK)
+        part = np.arange(start, end) % count if end > count else slice(start, end)
         chunk = DirectionSamples(samples.wi[part], samples.wo[part], samples.rgb[part])
-        values[part] = direction_inputs(chunk, brdf.isotropic, inputs, angle)
+        values = direction_inputs(chunk, brdf.isotropic, inputs, angle)
+        weight = np.asarray(gain * chunk.cosine, np.float32)
+        made.fill(start // BLOCK, np.asarray(values, np.float32), chunk.rgb, weight)
 
     for _ in thread_map(fill, range(0, count, _CHUNK)):
         pass
-    return Samples.pack(values, samples.rgb, gain * samples.cosine, angle)
+    return made
 
 
 def axis_angle(samples: DirectionSamples, isotropic: bool, inputs: str) -> float:

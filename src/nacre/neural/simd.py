@@ -10,34 +10,16 @@ Matrices of activations are stored feature by feature: row `r`, sample `s` of a 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import llvmlite.binding
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
 from nacre.neural.samples import BLOCK
-
-
-def _machine() -> tuple[int, int]:
-    """Vector lanes, and vectors of samples per tile that the register file holds."""
-    features = llvmlite.binding.get_host_cpu_features()
-    if features.get("avx512f"):
-        return 16, 8
-    if features.get("avx"):
-        return 8, 4
-    return 4, 8
-
-
-LANES, _VECTORS = _machine()
-PANEL = LANES * _VECTORS  # samples that one call of a dense tile covers
-DENSE_ROWS = 3  # output rows of a dense tile
-OUTER_ROWS = (3, 7)  # rows of either factor of an outer-product tile
-OUTER_SIZE = -(-math.prod(OUTER_ROWS) // LANES) * LANES  # elements that its tile writes
+from nacre.neural.tiles import DENSE_ROWS, LANES, OUTER_ROWS, VECTORS
 
 _f32 = ir.FloatType()
 _i64 = ir.IntType(64)
@@ -141,7 +123,7 @@ def _products(
     t * w_column`.
     """
     builder = emit.builder
-    tile = emit.accumulators(DENSE_ROWS, _VECTORS)
+    tile = emit.accumulators(DENSE_ROWS, VECTORS)
     for start, vectors in zip(starts, tile, strict=True):
         for accumulator in vectors:
             builder.store(start, accumulator)
@@ -149,7 +131,7 @@ def _products(
         x_row = builder.add(x_at, builder.mul(loop.index, row))
         w_row_at = builder.add(w_at, builder.mul(loop.index, w_row))
         weights = [emit.splat(4, emit.at(w_row_at, (w_column, t))) for t in range(DENSE_ROWS)]
-        for v in range(_VECTORS):
+        for v in range(VECTORS):
             value = emit.load(0, emit.at(x_row, (_i64(v), LANES)))
             for weight, vectors in zip(weights, tile, strict=True):
                 emit.multiply_add(weight, value, vectors[v])

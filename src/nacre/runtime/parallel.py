@@ -66,11 +66,16 @@ def thread_slices(function: Callable[[slice], _Out], count: int, size: int) -> l
     or one that called :func:`one_of_many`, does all of them itself: the others have work.
     """
     slices = [slice(start, start + size) for start in range(0, count, size)]
-    cores = 1 if getattr(_worker, "busy", False) else min(core_count(), len(slices))
+    cores = min(free_cores(), len(slices))
     if cores < 2:
         return [function(part) for part in slices]
     with ThreadPoolExecutor(cores, initializer=one_of_many) as pool:
         return list(pool.map(function, slices))
+
+
+def free_cores() -> int:
+    """Cores that this thread may spread its work over: one where the others have work."""
+    return 1 if getattr(_worker, "busy", False) else core_count()
 
 
 def one_of_many() -> None:

@@ -16,7 +16,6 @@ from nacre.compile.code_folder import code_root
 from nacre.download.databases import databases
 from nacre.download.fetch import cache_folder, downloaded
 from nacre.errors import NacreError
-from nacre.io.outputs import records_folder
 
 _CODE = re.compile(r"(formulas|kernel)-[0-9a-f]{16}")
 _KERNEL = re.compile(r"[0-9a-f]{32}\.[a-z]+\.v\d+\.bin")
@@ -98,13 +97,6 @@ def caches() -> dict[str, Cache]:
             cache_folder(),
             False,
             _downloads,
-        ),
-        Cache(
-            "records",
-            "which files nacre wrote: without its record, a file is replaced only by --force",
-            records_folder(),
-            False,
-            lambda folder: iter([folder] if folder.is_dir() else []),
         ),
     )
     return {cache.name: cache for cache in every}

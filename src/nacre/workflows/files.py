@@ -31,7 +31,11 @@ class FittedFile:
 
 
 def output_paths(
-    paths: Sequence[PathLike], output: str | os.PathLike[str] | None, ending: str
+    paths: Sequence[PathLike],
+    output: str | os.PathLike[str] | None,
+    ending: str,
+    *,
+    make_folder: bool = True,
 ) -> list[Path]:
     """The file for the fit of each measured file.
 
@@ -40,8 +44,9 @@ def output_paths(
     paths
         Measured files.
     output
-        A file, for a single path; a folder, which is made; or None for the current folder. A name
-        means a folder if it ends in a slash, is a folder already, or is for several files.
+        A file, for a single path; a folder, which is made unless `make_folder` is false; or None
+        for the current folder. A name means a folder if it ends in a slash, is a folder already, or
+        is for several files.
     ending
         Ending of files in a folder, with the dot.
 
@@ -63,7 +68,8 @@ def output_paths(
                 f"{output}: has no ending; write {output}{ending} for a file or {output}/ for a "
                 "folder"
             )
-    folder.mkdir(parents=True, exist_ok=True)
+    if make_folder:
+        folder.mkdir(parents=True, exist_ok=True)
     targets = [folder / f"{stem(path)}{ending}" for path in sources]
     if len(set(targets)) < len(targets):
         raise FormatError("two fits would have the same name; write them to two folders")

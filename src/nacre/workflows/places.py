@@ -181,5 +181,5 @@ def _readme(material: Brdf, candidate: Candidate, name: str) -> str:
         f"{candidate.representation.opening.format(name=name)}\n"
         f"Error of this {candidate.representation.title} (spheres, nacre compare): "
         f"{'; '.join(lights)}.\n"
-        f"{candidate.nbytes:,} bytes, written by nacre export {of}{terms}.\n"
+        f"Written by nacre export {of}{terms}.\n"
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import stat
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -81,15 +80,7 @@ def fit_library(
     """
     output, fitting = Path(output), fitting or NetworkFitting()
     left_out: list[Path] = []
-    sources = find_sources(paths, output, left_out.append)
-    if not sources:
-        where = ", ".join(map(str, paths))
-        factored = (file for path in paths for file in Path(path).glob("*.btf"))
-        textures = any(is_btf(path) for path in (*paths, *left_out, *factored))
-        advice = ", only textures (BTFs); fit these one at a time" if textures else ""
-        raise NacreError(f"{where}: no measured materials found{advice}")
-    names = output_names(sources, fitting.ending)
-    check_not_inputs((output / name for name in names), (source.path for source in sources))
+    sources, names = _sources(paths, output, fitting, left_out)
     watcher = watcher or Watcher()
     with contextlib.ExitStack() as stack:
         stream = stack.enter_context((executor or usual_executor(fitting)).open(fitting, watcher))
@@ -110,6 +101,35 @@ def fit_library(
             for path in leftovers:
                 with contextlib.suppress(OSError):
                     path.unlink(missing_ok=True)
+
+
+def stale_fits(
+    paths: Sequence[PathLike], output: PathLike, fitting: Fitting
+) -> tuple[list[tuple[Source, str]], int]:
+    """What :func:`fit_library` would fit, with names in the folder, and how many fits are up to
+    date; raises NacreError as it does, and writes nothing.
+    """
+    output = Path(output)
+    pairs = list(zip(*_sources(paths, output, fitting, []), strict=True))
+    run = _Run(output, fitting, Manifest(output), Watcher())
+    stale = [pair for pair in pairs if run.current(*pair, keep=False) is None]
+    return stale, len(pairs) - len(stale)
+
+
+def _sources(
+    paths: Sequence[PathLike], output: Path, fitting: Fitting, left_out: list[Path]
+) -> tuple[list[Source], list[str]]:
+    """The sources of a library, and the names of their fits."""
+    sources = find_sources(paths, output, left_out.append)
+    if not sources:
+        where = ", ".join(map(str, paths))
+        factored = (file for path in paths for file in Path(path).glob("*.btf"))
+        textures = any(is_btf(path) for path in (*paths, *left_out, *factored))
+        advice = ", only textures (BTFs); fit these one at a time" if textures else ""
+        raise NacreError(f"{where}: no measured materials found{advice}")
+    names = output_names(sources, fitting.ending)
+    check_not_inputs((output / name for name in names), (source.path for source in sources))
+    return sources, names
 
 
 def _leftovers(output: Path, names: Sequence[str]) -> list[Path]:
@@ -135,7 +155,7 @@ class _Run:
 
     def __call__(self, sources: Sequence[Source], names: Sequence[str], stream: Stream) -> Outcome:
         pairs = list(zip(sources, names, strict=True))
-        current = list(thread_map(lambda pair: self._current(*pair), pairs))
+        current = list(thread_map(lambda pair: self.current(*pair), pairs))
         work = [pair for pair, record in zip(pairs, current, strict=True) if record is None]
         failed = {name for name, record in self._before.items() if record.error is not None}
         work.sort(key=lambda pair: pair[1] in failed)  # it may fail again, or end the process
@@ -150,8 +170,11 @@ class _Run:
             tuple(record for record in records if record.error is not None),
         )
 
-    def _current(self, source: Source, name: str) -> Record | None:
-        """The record of a fit that is up to date; None if the material must be fitted."""
+    def current(self, source: Source, name: str, *, keep: bool = True) -> Record | None:
+        """The record of a fit that is up to date; None if the material must be fitted.
+
+        If `keep`, the manifest keeps the time of a source that was touched.
+        """
         record = self._manifest.find(name)
         expected = str(source.relative), self._settings, None
         if not record or expected != (record.source, record.settings, record.error):
@@ -166,8 +189,9 @@ class _Run:
                 return record
             if status.st_size == record.size and digest(source.path) == record.sha256:
                 record = replace(record, modified=status.st_mtime_ns)
-                with contextlib.suppress(FormatError):  # then it is hashed again next time
-                    self._manifest.keep(record)
+                if keep:
+                    with contextlib.suppress(FormatError):  # then it is hashed again next time
+                        self._manifest.keep(record)
                 return record
         return None
 
@@ -212,7 +236,7 @@ class _Run:
                 result = replace(
                     record,
                     sha256=fit.sha256,
-                    output_sha256=hashlib.sha256(fit.content).hexdigest(),
+                    output_sha256=digest(path),
                     losses=dict(fit.losses),
                     seconds=fit.seconds,
                 )

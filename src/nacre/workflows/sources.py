@@ -10,7 +10,7 @@ from pathlib import Path, PurePosixPath
 
 from nacre.errors import FormatError
 from nacre.formats import has_measured_ending, is_measured
-from nacre.io.files import PathLike
+from nacre.io.files import PathLike, missing
 from nacre.io.names import stem
 
 
@@ -60,7 +60,7 @@ def gather(paths: Iterable[PathLike], below: Callable[[Path], Iterable[Source]])
     found: dict[Path, Source] = {}
     for path in map(Path, paths):
         if not path.exists():
-            raise FormatError(f"{path}: does not exist")
+            raise missing(path)
         listed = below(path) if path.is_dir() else [Source(path, PurePosixPath(path.name))]
         for source in listed:
             found.setdefault(source.path.resolve(), source)

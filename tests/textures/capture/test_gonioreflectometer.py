@@ -165,8 +165,8 @@ def test_many_lights_are_taken_in_groups(monkeypatch: pytest.MonkeyPatch) -> Non
         counts.append(arguments[-1].shape[-1])
         visibility(*arguments)
 
-    visibility = gonioreflectometer.visibility
-    monkeypatch.setattr(gonioreflectometer, "visibility", counted)
+    visibility = gonioreflectometer._visibility
+    monkeypatch.setattr(gonioreflectometer, "_visibility", counted)
     monkeypatch.setattr(gonioreflectometer, "_VISIBLE", 4 * CELLS * CELLS)
     monkeypatch.setattr(gonioreflectometer, "_BAND", 1)
     grouped = capture(

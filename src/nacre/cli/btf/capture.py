@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from nacre.cli import options
+from nacre.cli import options, plans
 from nacre.cli.btf.written import report_texture
 from nacre.cli.command import command as make
 from nacre.cli.options import option
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     option("--height-map", options.OUTPUT),
     "Let texels follow the surface instead of a plane, as in Bonn's database, and write its "
     "heights (.exr, in widths of the texture).",
+    plans=True,
 )
 def command(
     recipe: str | None,
@@ -55,8 +56,9 @@ def command(
     """
     from nacre.formats import is_btf
     from nacre.measured.textures.direction_list import named_directions
-    from nacre.textures.capture.dataset import Settings, capture_all
+    from nacre.textures.capture.dataset import Settings, capture_all, place
     from nacre.textures.capture.gonioreflectometer import STEEPEST
+    from nacre.textures.capture.recipe import built_in
 
     if everything == (recipe is not None):
         raise click.UsageError("expected either RECIPE or --all")
@@ -75,6 +77,9 @@ def command(
     settings = Settings(*named_directions(directions, STEEPEST), texels[0], paths, seed)
     if recipe is not None:
         _one(recipe, output, settings, picture, height_map)
+        return
+    if plans.is_wanted():
+        plans.tell_captures(settings, [output / place(each) for each in built_in()])
         return
     line = progress("capture")
     names: list[str] = []
@@ -103,6 +108,9 @@ def _one(
         check_height_map(height_map)
     found = find(recipe)
     target(output, "btf")
+    if plans.is_wanted():
+        plans.tell_captures(settings, [output])
+        return
     options.check_outputs([output, picture, height_map], [Path(recipe)])
     line = progress(found.name)
     btf = settings.take(found, line, on_surface=height_map is not None)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from nacre.cli import options
+from nacre.cli import options, plans
 from nacre.cli.command import command as make
 from nacre.cli.options import option
 from nacre.cli.ranges import IntRange, positive
@@ -88,6 +88,7 @@ _SETTINGS = {"recipe_name": "preset", "bfloat16": "precision"}
     "PyTorch device to train on.",
     option("--events", options.OUTPUT, applies="codec", group=_TRAINING),
     "Folder for a TensorBoard log.",
+    plans=True,
 )
 def command(
     paths: tuple[Path, ...],
@@ -121,6 +122,11 @@ def command(
         if model not in (kinds := kinds_with(setting)):
             raise click.BadParameter(f"{flag} is for --model {' and '.join(kinds)}")
         settings[setting] = "bfloat16" if name == "bfloat16" else chosen[name]
+    if plans.is_wanted():
+        told = [f"{name} {value}" for name, value in settings.items()]
+        work = f"train a codec ({model}) on {counted(len(paths), 'texture', 'textures')}"
+        plans.tell(paths, [(output, "")], ", ".join([work, *told]))
+        return
     codec = train_codec(
         paths,
         output,

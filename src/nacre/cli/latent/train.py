@@ -5,11 +5,11 @@ from typing import Any
 
 import click
 
-from nacre.cli import options
+from nacre.cli import options, plans
 from nacre.cli.command import command as make
 from nacre.cli.options import option
 from nacre.cli.ranges import IntRange
-from nacre.cli.report import note, progress, report_file
+from nacre.cli.report import counted, note, progress, report_file
 
 
 @make(
@@ -33,6 +33,7 @@ from nacre.cli.report import note, progress, report_file
     "Number of mixtures of materials that an autoencoder also learns from.",
     options.seed_option(default=None, shown="0"),
     "Random seed, except for pca.",
+    plans=True,
 )
 def command(
     paths: tuple[Path, ...],
@@ -44,6 +45,7 @@ def command(
     """Train a basis on isotropic materials, from files or folders of measured files."""
     from nacre.measured.merl import Resolution
     from nacre.workflows import train_basis
+    from nacre.workflows.sources import find_sources
 
     if resolution:
         try:
@@ -52,6 +54,11 @@ def command(
             raise click.BadParameter(f"--resolution: {error}") from error
     options.check_outputs([output], paths)
     settings = {name: value for name, value in chosen.items() if value is not None}
+    if plans.is_wanted():
+        found = [source.path for source in find_sources(paths, output.parent / output.stem)]
+        work = f"train a basis ({model}) on {counted(len(found), 'material', 'materials')}"
+        plans.tell(found, [(output, "")], work)
+        return
     line = progress(output.stem, "reading")
     basis = train_basis(
         paths,

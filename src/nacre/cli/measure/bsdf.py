@@ -11,6 +11,7 @@ from nacre.cli.fitting import note_inputs
 from nacre.cli.options import option
 from nacre.cli.report import note, progress, report_file
 from nacre.errors import FormatError
+from nacre.io.files import file_errors
 
 
 @make(
@@ -72,6 +73,7 @@ def _text(source: str, *, file: bool) -> tuple[str, str]:
     if not file:
         return source, "INPUT"
     try:
-        return Path(source).read_text("utf-8"), source
-    except (OSError, UnicodeDecodeError) as error:
-        raise FormatError(f"{source}: cannot be read: {error}") from error
+        with file_errors(source):
+            return Path(source).read_text("utf-8"), source
+    except UnicodeDecodeError as error:
+        raise FormatError(f"{source}: is not text in UTF-8") from error

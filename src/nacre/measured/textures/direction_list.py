@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.errors import FormatError
+from nacre.errors import FormatError, did_you_mean
 from nacre.io.files import PathLike
 from nacre.io.text_file import check_columns, parse_number, read_lines
 from nacre.measured.textures.directions import (
@@ -51,7 +51,8 @@ def named_directions(source: str, steepest: float = 90.0) -> tuple[Floats, Float
         return DOMES[source.lower()].pairs()
     path = Path(source)
     if not path.suffix and not path.exists():
-        raise FormatError(f"{source}: is neither a dome ({', '.join(DOMES)}) nor a list (.csv)")
+        problem = f"is neither a dome ({', '.join(DOMES)}) nor a list (.csv)"
+        raise FormatError(f"{source}: {problem}{did_you_mean(source, DOMES)}")
     rows = read_rows(path)
     wi, wo = row_pairs(path, rows)
     steep = ~(below(wi, steepest) & below(wo, steepest))

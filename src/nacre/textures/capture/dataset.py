@@ -108,7 +108,7 @@ def _settle(path: Path, settings: Settings, recipes: tuple[Recipe, ...]) -> None
     }  # fmt: skip
     new = json.loads(json.dumps(settings.describe() | {"textures": textures}))
     if not path.exists():
-        with atomic_path(path) as temporary:
+        with atomic_path(path, internal=True) as temporary:
             temporary.write_text(json.dumps(new, indent=1), "utf-8")
         return
     data = read_bytes(path, _MANIFEST_LIMIT)

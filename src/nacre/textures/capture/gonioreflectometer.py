@@ -21,12 +21,12 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf import TableBtf
+from nacre.compile.compilation import Compiled
 from nacre.errors import NacreError
 from nacre.measured.textures.domes import below
 from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress
 from nacre.textures.capture.mesostructure import Mesostructure
-from nacre.textures.capture.tracing import photograph, visibility
 
 STEEPEST = 89.0  # largest polar angle in degrees
 DEPTH = 3  # surface points of the longest paths
@@ -35,6 +35,9 @@ _SHADOW_RAYS = 1 << 18  # least number per light, over all triangles
 _BAND = 1 << 28  # bytes of values that are worked on at a time
 _VISIBLE = 1 << 30  # bytes of what the triangles see of the lights that are worked on at a time
 _IN_MEMORY = 1 << 31  # values of more bytes lie in a file without a name
+
+_photograph = Compiled("nacre.textures.capture.tracing:photograph")
+_visibility = Compiled("nacre.textures.capture.tracing:visibility")
 
 
 def capture(
@@ -108,10 +111,11 @@ def capture(
         first, pairs = part
         view = view_of[pairs[0]]
         out = np.empty((min(band, height - first), width, scene.lights.shape[1], 3), np.float32)
-        photograph(
+        sums = np.empty((3, scene.lights.shape[1]), np.float32)
+        _photograph(
             *scene.geometry, scene.coverings, scene.visible, scene.lights,
             views[view].astype(np.float64), on_surface, depth, samples, width, height, first,
-            seeds[view], out,
+            seeds[view], sums, out,
         )  # fmt: skip
         values[first : first + band, :, pairs] = out[:, :, light_of[pairs] % limit]
 
@@ -158,7 +162,7 @@ class _Scene:
 
         def shade(first: int) -> None:
             out = self.visible[first : first + 8]
-            visibility(*self.geometry, self.lights, points, first, out)
+            _visibility(*self.geometry, self.lights, points, first, out)
 
         for _ in thread_map(shade, range(0, size, 8)):
             pass

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from nacre.errors import FormatError, reason
+from nacre.errors import FormatError, did_you_mean, reason
 from nacre.io.files import PathLike, read_bytes
 from nacre.textures.capture.generators import GENERATORS, Generator
 from nacre.textures.capture.mesostructure import Mesostructure
@@ -59,7 +59,8 @@ def find(source: PathLike) -> Recipe:
         return known[str(source)]
     path = Path(source)
     if not path.suffix and not path.exists():
-        raise FormatError(f"{source}: is neither a built-in recipe (fabric01 to wood12) nor a file")
+        problem = "is neither a built-in recipe (fabric01 to wood12) nor a file"
+        raise FormatError(f"{source}: {problem}{did_you_mean(str(source), known)}")
     data = read_bytes(path, _LIMIT)
     try:
         content = json.loads(data)

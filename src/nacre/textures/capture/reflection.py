@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from nacre.compile.compilation import inner_fast
+from nacre.compile.numba_code import inner_fast
 
 
 @inner_fast  # type: ignore[untyped-decorator]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nacre.compile.compilation import compiled, inner, inner_fast
+from nacre.compile.numba_code import compiled, inner, inner_fast
 from nacre.textures.capture.reflection import (
     channel,
     fifth,
@@ -178,7 +178,7 @@ def _follow(
 def photograph(
     heights: Any, tops: Any, floor: Any, peak: Any, coverings: Any, visible: Any, lights: Any,
     view: Any, on_surface: Any, depth: Any, samples: Any, width: Any, height: Any, first: Any,
-    seed: Any, out: Any,
+    seed: Any, sums: Any, out: Any,
 ) -> None:  # fmt: skip
     """Reflectance factors of some rows of texels in one view, under all lights.
 
@@ -187,10 +187,10 @@ def photograph(
     and `lights`, :func:`visibility`. `view` is a unit direction, `depth` the largest number of
     surface points of a path, `samples` the paths per texel, `width` and `height` the texels of the
     whole picture; for `on_surface` see :func:`nacre.textures.capture.capture`. The seed has type
-    uint64. `out`, of shape (rows, width, k, 3), begins with row `first` from the top.
+    uint64. `sums`, of shape (3, k), is written over. `out`, of shape (rows, width, k, 3), begins
+    with row `first` from the top.
     """
     size = heights.shape[0]
-    sums = np.zeros((3, lights.shape[1]), np.float32)
     z = peak + _OFFSET
     slant_x, slant_y = view[0] / view[2], view[1] / view[2]
     begin = 0.5 if on_surface else 0.0

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from nacre.compile.compilation import inner
+from nacre.compile.numba_code import inner
 
 _FAR = 1e30
 _PERIODS = 8  # a ray that has crossed so many periods without meeting anything has left

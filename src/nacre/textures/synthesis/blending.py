@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 from nacre.array import Floats
-from nacre.errors import FormatError, NacreError, reason
+from nacre.errors import FormatError, NacreError, did_you_mean, reason
 from nacre.io.files import PathLike, first_bytes
 from nacre.io.image_file import JPEG_MAGIC, PNG_MAGIC
 from nacre.textures.codecs.codec_file import codec_fingerprint
@@ -56,7 +56,8 @@ def read_mask(path: PathLike) -> Floats:
 
     path = Path(path)
     if not path.exists():
-        raise FormatError(f"{path}: is neither a file nor a named mask ({', '.join(NAMED)})")
+        hint = did_you_mean(str(path), NAMED)
+        raise FormatError(f"{path}: is neither a file nor a named mask ({', '.join(NAMED)}){hint}")
     if not first_bytes(path).startswith((PNG_MAGIC, JPEG_MAGIC)):
         raise FormatError(f"{path}: a mask is a gray PNG or JPEG image")
     try:

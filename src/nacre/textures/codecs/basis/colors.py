@@ -7,17 +7,16 @@ squares of sums are never below zero.
 
 from __future__ import annotations
 
-import math
-from typing import Any
-
 import numpy as np
 
 from nacre.array import Array, Components, Floats, namespace
-from nacre.compile.compilation import compiled
+from nacre.compile.compilation import Compiled
 from nacre.numerics.channels import CHROMA, LUMA
 
-_LUMA, _DIFFERENCE, _SUM = np.float32(LUMA), CHROMA[0, 0], CHROMA[1, 0]
-_NONE, _ALL = np.float32(0.0), np.float32(1.0)
+_DIFFERENCE, _SUM = CHROMA[0, 0], CHROMA[1, 0]
+
+_split = Compiled("nacre.textures.codecs.basis.color_loops:split")
+_join = Compiled("nacre.textures.codecs.basis.color_loops:join")
 
 
 def split_reflectance(rgb: Floats, mean: Floats) -> tuple[Floats, Floats]:
@@ -33,36 +32,13 @@ def split_reflectance(rgb: Floats, mean: Floats) -> tuple[Floats, Floats]:
     return luma, chroma
 
 
-@compiled
-def _split(rgb: Any, mean: Any, luma: Any, chroma: Any) -> None:
-    for texel in range(rgb.shape[0]):
-        for entry in range(rgb.shape[1]):
-            red = np.float32(math.sqrt(max(rgb[texel, entry, 0], _NONE)))
-            green = np.float32(math.sqrt(max(rgb[texel, entry, 1], _NONE)))
-            blue = np.float32(math.sqrt(max(rgb[texel, entry, 2], _NONE)))
-            luma[texel, entry] = _LUMA * (red + green + blue) - mean[entry]
-            chroma[0, texel, entry] = _DIFFERENCE * (red - green)
-            chroma[1, texel, entry] = _SUM * (red + green - blue - blue)
-
-
-@compiled
-def join_reflectance(luma: Any, chroma: Any, rgb: Any) -> None:
+def join_reflectance(luma: Floats, chroma: Floats, rgb: Floats) -> None:
     """Write reflectance (b, n, 3) for luma (b, n) and chroma (2, b, n).
 
     Where the root of a channel would be below 0, chroma is made smaller: luma stays, and dark
     places are not tinted as they would be if only that channel were changed.
     """
-    for texel in range(luma.shape[0]):
-        for entry in range(luma.shape[1]):
-            level = max(_LUMA * luma[texel, entry], _NONE)
-            difference = _DIFFERENCE * chroma[0, texel, entry]
-            total = _SUM * chroma[1, texel, entry]
-            red, green, blue = total + difference, total - difference, -total - total
-            lowest = min(red, green, blue)
-            fraction = _ALL if level + lowest >= _NONE else level / -lowest
-            rgb[texel, entry, 0] = (level + fraction * red) ** 2
-            rgb[texel, entry, 1] = (level + fraction * green) ** 2
-            rgb[texel, entry, 2] = (level + fraction * blue) ** 2
+    _join(luma, chroma, rgb)
 
 
 def join_components(luma: Array, first: Array, second: Array) -> Components:
