@@ -52,7 +52,7 @@ def notebook_page(path: Path) -> tuple[str, dict[str, bytes]]:
     """A notebook with its outputs as Markdown, and its pictures by name."""
     resources = {"unique_key": path.stem, "output_files_dir": "pictures"}
     text, found = MarkdownExporter().from_filename(str(path), resources)
-    text = re.sub(r"!\[(png|jpeg)\]", "![What the cell shows]", strip_ansi(text))
+    text = re.sub(r"!\[(png|jpeg|svg)\]", "![What the cell shows]", strip_ansi(text))
     return text, found["outputs"]
 
 

@@ -68,6 +68,7 @@ def test_notebooks_are_kept_with_what_cells_gave_and_nothing_about_the_machine(p
             pixels = Image.open(io.BytesIO(base64.b64decode(data[kind]))).convert("L")
             assert np.asarray(pixels).std() > 5.0, "a picture shows nothing"
             pictures += 1
+        pictures += "<path" in "".join(data.get("image/svg+xml", ""))
     assert pictures or "<iframe" in text
 
 

@@ -21,7 +21,7 @@ NOT_RUN = {
 }
 """The blocks of pages that no test runs, by the page's name."""
 
-FIRST = ("start", "gradients", "codes")
+FIRST = ("start", "gradients")
 
 
 def names(page: Path) -> str:
