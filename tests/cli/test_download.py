@@ -89,6 +89,7 @@ def test_accepted_terms_are_shown(server, tmp_path):
 
 def test_what_is_free_of_conditions_asks_nothing(server, tmp_path):
     """The first lines of the README, as a script runs them."""
+    server.content = require_data("rgl", "satin_rosaline_rgb.bsdf").read_bytes()
     line = ("rgl", "satin_rosaline", "-o", ".")
     done = download(*line, cwd=tmp_path, NACRE_MIRROR=server.url)
     assert done.returncode == 0, done.stderr

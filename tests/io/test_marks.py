@@ -43,7 +43,7 @@ CONTENTS = {
     "x.py": lambda: b"x = 1\n",
     "x.csv": lambda: b"# name: gold\ntheta,phi\n1,2\n",
     "x.pdf": lambda: b"%PDF-1.4\n%%EOF\n",
-    "x.glb": lambda: b"glTF" + (2).to_bytes(4, "little") + (12).to_bytes(4, "little"),
+    "x.glb": lambda: b"glTF\2\0\0\0\x18\0\0\0\4\0\0\0JSON{}  ",
     "x.onnx": lambda: b"\x08\x08",
     "x.brdf": lambda: b"analytic\n::begin shader\n::end shader\n",
     "x.bsdf": lambda: b"tensor_file\0" + bytes(9),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 import struct
 import sys
 import tracemalloc
@@ -145,13 +146,13 @@ def test_texts_in_a_png_image_are_not_unpacked(tmp_path: Path) -> None:
 
 
 def test_images_cut_short_are_refused(exr: Path, tmp_path: Path) -> None:
-    data = exr.read_bytes()
+    data = re.sub(rb"nacre [0-9a-f]{32}\n\Z", b"", exr.read_bytes())  # the mark behind the end
     for length in [*range(1, 500, 7), *range(500, len(data), 99_991), len(data) - 1]:
         refused_exr(write(tmp_path / "x.exr", data[:length]))
     data = png_bytes(np.random.default_rng(3).integers(0, 255, (EDGE, EDGE, 3), np.uint8))
     for length in [*range(1, 100, 3), *range(100, len(data) - 20, 49_999)]:
         refused_png(write(tmp_path / "x.png", data[:length]))
-    refused_exr(tmp_path / "absent.exr", "cannot be read")
+    refused_exr(tmp_path / "absent.exr", "no such file")
     refused_exr(write(tmp_path / "large.exr", bytes((1 << 24) + 1)), "more than")
 
 

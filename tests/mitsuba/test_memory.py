@@ -60,7 +60,7 @@ def test_too_little_to_load_mitsuba_is_told(left: int) -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="needs address space limits that hold")
 def test_too_little_to_render_is_told() -> None:
     found = limited(
-        used() + 480, 'nacre.mitsuba.render_preview({"type": "diffuse"}, size=8, spp=1)'
+        used() + 900, 'nacre.mitsuba.render_preview({"type": "diffuse"}, size=8, spp=1)'
     )
     assert "not enough memory to render" in found
 

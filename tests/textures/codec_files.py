@@ -20,10 +20,12 @@ Tensors = dict[str, npt.NDArray[Any]]
 
 
 def _header(path: Path) -> tuple[str, str]:
-    """The only entry of a file's metadata."""
+    """The entry of a file's metadata, but for the mark of who wrote it."""
     data = path.read_bytes()
     size = int.from_bytes(data[:8], "little")
-    (entry,) = json.loads(data[8 : 8 + size])["__metadata__"].items()
+    metadata = json.loads(data[8 : 8 + size])["__metadata__"]
+    metadata.pop("written by", None)
+    (entry,) = metadata.items()
     return entry
 
 

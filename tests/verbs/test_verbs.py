@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import pickle
 from pathlib import Path
 from typing import Any
@@ -96,12 +97,21 @@ def test_fit_takes_a_recipe_a_preset_and_settings_on_top(paper: Brdf) -> None:
     assert nacre.fit(paper, max_bytes=400, **QUICK).nbytes <= 400
 
 
+def unmarked(name: str) -> tuple[dict[str, Any], bytes]:
+    """Header and tensors of a file, without the mark of who wrote it."""
+    data = Path(name).read_bytes()
+    end = 8 + int.from_bytes(data[:8], "little")
+    header = json.loads(data[8:end])
+    del header["__metadata__"]["written by"]
+    return header, data[end:]
+
+
 def test_fit_is_what_the_command_writes(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     options = ("--preset", "draft", "--epochs", 2, "--samples", 4000)
     assert run("fit", "paint.bsdf", "-o", "command.safetensors", *options) == 0
     written = nacre.load("command.safetensors")
     nacre.save(nacre.fit("paint.bsdf", "draft", **QUICK), "verb.safetensors")
-    assert Path("verb.safetensors").read_bytes() == Path("command.safetensors").read_bytes()
+    assert unmarked("verb.safetensors") == unmarked("command.safetensors")
     assert isinstance(written, NeuralBrdf)
 
 
@@ -284,7 +294,7 @@ def test_view_is_a_page(paper: Brdf, folder: Path) -> None:
         ),
     )
     assert (page.materials, page.title) == (1, paper.name)
-    assert page.save("page.html").read_bytes() == page.content
+    assert page.save("page.html").read_bytes().startswith(page.content)
     assert "<iframe srcdoc=" in page._repr_html_()
     assert repr(page).startswith("<Page 'White A4 paper (160 gsm)': 1 material, ")
     assert nacre.view(PAPER, "paint.bsdf", title="Two").materials == 2
@@ -310,7 +320,7 @@ def test_export_is_what_the_command_writes(folder: Path) -> None:
     assert "vec3 paper_white_eval(" in files.text
     assert str(files) == files["paper_white.glsl"] == files.text
     assert run("export", PAPER, "--to", "glsl", "-o", "command.glsl") == 0
-    assert Path("command.glsl").read_text() == files.text
+    assert Path("command.glsl").read_text().startswith(files.text)
     assert files.save("verb.glsl") == (Path("verb.glsl"),)
     written = nacre.export(PAPER, "glsl", "out/")
     assert written.paths == (Path("out/paper_white.glsl"),)

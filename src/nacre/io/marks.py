@@ -21,6 +21,7 @@ _DIGITS = 32
 _MARK = re.compile(rb"(nacre(?: [a-z][a-z-]*)*) ([0-9a-f]{%d})" % _DIGITS)
 _REGION = 1 << 10  # bytes at an end of a file in which a mark stands
 _HEADER = 1 << 24  # bytes of a safetensors header
+_GLB = 20  # bytes before the JSON of a .glb
 _CHUNK = b"tEXtSoftware\0"  # of a PNG
 _CODE = ".h", ".glsl", ".slang", ".wgsl", ".osl", ".mdl", ".js"
 _PAGES = ".html", ".svg", ".xml", ".mtlx", ".md"
@@ -78,11 +79,6 @@ def _webp(text: bytes) -> bytes:
     return b"NACR%b%b%b" % (len(text).to_bytes(4, "little"), text, b"\0" * (len(text) % 2))
 
 
-def _glb(text: bytes) -> bytes:
-    padded = text + b" " * (-len(text) % 4)
-    return len(padded).to_bytes(4, "little") + b"NACR" + padded
-
-
 def _zip(text: bytes) -> bytes:
     return len(text).to_bytes(2, "little") + text
 
@@ -104,7 +100,6 @@ _FORMS = {
     ".jpg": _Form(_jpeg, b"\xff\xd8", b"\xff\xd9"),
     ".gif": _Form(lambda text: b"!\xfe%c%b\0;" % (len(text), text), b"GIF", b";"),
     ".webp": _Form(_webp, b"RIFF", sized=(4, 8)),
-    ".glb": _Form(_glb, b"glTF", sized=(8, 0)),
     ".npz": _Form(_zip, b"PK", b"\0\0"),
     ".json": _Form(lambda text: b',\n "written_by": "%b"\n}\n' % text, b"{", b"\n}\n"),
     ".onnx": _Form(_onnx),
@@ -124,7 +119,7 @@ def can_be_marked(path: Path) -> bool:
 
     Measured tables whose size follows from their header have none.
     """
-    return path.suffix.lower() in {*_FORMS, ".safetensors"}
+    return path.suffix.lower() in {*_FORMS, ".safetensors", ".glb"}
 
 
 def add_mark(path: Path, command: str) -> None:
@@ -185,10 +180,12 @@ def _digest(file: BufferedReader | BufferedRandom, part: tuple[int, bytes]) -> b
 
 def _region(file: BufferedReader | BufferedRandom, ending: str) -> tuple[int, bytes]:
     """The part of a file in which its mark stands, and where it begins."""
-    head = file.read(8)
+    head = file.read(_GLB)
     file.seek(0)
     if ending == ".safetensors":
-        return 0, file.read(8 + min(int.from_bytes(head, "little"), _HEADER))
+        return 0, file.read(8 + min(int.from_bytes(head[:8], "little"), _HEADER))
+    if ending == ".glb":
+        return 0, file.read(_GLB + min(int.from_bytes(head[12:16], "little"), _HEADER))
     if _begins_with_comments(head, ending):
         return 0, file.read(_REGION)
     size = file.seek(0, 2)
@@ -210,6 +207,8 @@ def _place(file: BufferedRandom, ending: str) -> _Place | None:
     head = file.read(16)
     if ending == ".safetensors":
         return _in_header(region)
+    if ending == ".glb":
+        return _in_extras(region, size)
     if _begins_with_comments(head, ending):
         after = region.find(b"\n") + 1
         return _Place(after, after, lambda text: b"# written by: %b\n" % text) if after else None
@@ -232,5 +231,21 @@ def _in_header(header: bytes) -> _Place | None:
         made = (text[: end - 1] + entry + text[end - 1 :]).encode().rstrip(b" ")
         made += b" " * (-len(made) % 8)
         return len(made).to_bytes(8, "little") + made
+
+    return _Place(0, len(header), content)
+
+
+def _in_extras(header: bytes, size: int) -> _Place | None:
+    """In the `extras` of a .glb file of a number of bytes, at the end of its JSON."""
+    text = header[_GLB:].rstrip(b" ")
+    if not header.startswith(b"glTF") or not text.endswith(b"}") or b'"extras"' in text:
+        return None
+
+    def content(mark: bytes) -> bytes:
+        made = text[:-1] + b',"extras":{"written_by":"%b"}}' % mark
+        made += b" " * (-len(made) % 4)
+        total = size + len(made) - (len(header) - _GLB)
+        sizes = total.to_bytes(4, "little") + len(made).to_bytes(4, "little")
+        return header[:8] + sizes + header[16:_GLB] + made
 
     return _Place(0, len(header), content)

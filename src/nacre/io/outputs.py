@@ -7,6 +7,7 @@ may also replace what it wrote itself in formats without a place for a mark.
 
 from __future__ import annotations
 
+import itertools
 import os
 import stat
 from collections.abc import Iterator
@@ -26,12 +27,14 @@ class _Policy:
 
     command: str = ""
     force: bool = False
+    run: int = 0  # number of the command in this process; 0 outside of commands
 
 
 _policy = _Policy()
 
-_written: dict[Path, tuple[int, int]] = {}
-"""Size and time of change of the files that this process wrote and that no mark tells of."""
+_runs = itertools.count(1)
+_written: dict[Path, tuple[int, int, int]] = {}
+"""Size, time of change and run of the files that this process wrote and that no mark tells of."""
 
 
 @contextmanager
@@ -54,7 +57,7 @@ def written_by(command: str) -> AbstractContextManager[None]:
 
     Outside such blocks, as in a user's Python program, they replace what any command wrote.
     """
-    return _applied(replace(_policy, command=command))
+    return _applied(replace(_policy, command=command, run=next(_runs)))
 
 
 def check_replaceable(path: PathLike) -> None:
@@ -80,11 +83,11 @@ def mark_output(path: Path) -> None:
 
 
 def remember_output(path: Path) -> None:
-    """Note that this process wrote a file, if it has no mark: a program may write it again."""
+    """Note that this run wrote a file, if it has no mark: it may write it again."""
     with suppress(OSError):
         if read_mark(path) is None:
             status = path.lstat()
-            _written[_absolute(path)] = status.st_size, status.st_mtime_ns
+            _written[_absolute(path)] = status.st_size, status.st_mtime_ns, _policy.run
 
 
 def _absolute(path: Path) -> Path:
@@ -102,8 +105,8 @@ def _problem(path: Path, status: os.stat_result) -> str:
         return "exists and is read-only"
     if hasattr(os, "geteuid") and status.st_uid != os.geteuid():
         return "exists and belongs to another user"
-    own = _written.get(_absolute(path)) == (status.st_size, status.st_mtime_ns)
-    if own and not _policy.command:
+    now = status.st_size, status.st_mtime_ns, _policy.run
+    if _written.get(_absolute(path)) == now:
         return ""
     mark = None
     with suppress(OSError):

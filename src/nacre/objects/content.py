@@ -9,8 +9,6 @@ from functools import cached_property
 from types import FunctionType, ModuleType
 from typing import Any
 
-import numpy as np
-
 _PLAIN = (str, int, bool, type(None))
 
 
@@ -37,6 +35,8 @@ def same(a: Any, b: Any) -> bool:
     Arrays are equal if their types, shapes and numbers are, wherever they lie. What compares by
     identity, and dataclasses, are equal if their attributes are.
     """
+    import numpy as np  # not needed to import nacre, or for its help
+
     if a is b:
         return True
     if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
@@ -59,6 +59,8 @@ def mark(value: Any) -> Hashable:
     """Something that is the same for all that is :func:`same`, and quick to compute: of an array,
     its type and shape.
     """
+    import numpy as np
+
     if isinstance(value, _PLAIN):
         return value
     if isinstance(value, float):

@@ -104,7 +104,7 @@ def test_options_out_of_range_are_refused(rgb: Any, tmp_path: Path) -> None:
         (
             table,
             {"height_field": str(tmp_path / "missing.png"), "depth": 0.1},
-            "missing.png: cannot be read",
+            "missing.png: no such file",
         ),
     ):
         with pytest.raises(NacreError, match=words):
