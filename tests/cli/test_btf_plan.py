@@ -68,7 +68,7 @@ def test_the_first_half_of_a_plan_is_a_plan(here) -> None:
     assert run("btf", "plan", "--count", 10, "-o", "ten.csv", *MODEL, "--flash") == 0
     assert run("btf", "plan", "--count", 5, "-o", "five.csv", *MODEL, "--flash") == 0
     ten, five = (Path(f"{n}.csv").read_text().splitlines() for n in ("ten", "five"))
-    assert ten[:6] == five
+    assert ten[2:8] == five[2:]  # without the lines that say what they are and who wrote them
     wi, wo = named_directions("ten.csv")
     assert np.array_equal(wi, wo)
     rehearsal = "btf", "capture", "fabric01", "--texels", 4, "--paths", 1, "-o", "rehearsal.npz"

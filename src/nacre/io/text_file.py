@@ -61,8 +61,12 @@ def check_columns(path: PathLike, names: Sequence[str], needed: Iterable[str]) -
         raise FormatError(f"{path}: columns: {twice[0][:40]!r} appears twice")
 
 
-def write_rows(rows: Iterable[Iterable[object]], path: PathLike) -> None:
-    """Write comma-separated values, the names of the columns first, whole or not at all."""
-    text = io.StringIO()
+def write_rows(rows: Iterable[Iterable[object]], path: PathLike, about: str = "") -> None:
+    """Write comma-separated values, the names of the columns first, whole or not at all.
+
+    A line of a comment before them says what they are `about`, if given.
+    """
+    text = io.StringIO(f"# {about}\n" if about else "", newline="")
+    text.seek(0, io.SEEK_END)
     csv.writer(text, lineterminator="\n").writerows(rows)
     write_encoded(path, str.encode, text.getvalue())

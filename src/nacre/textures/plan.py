@@ -120,4 +120,5 @@ def write_plan(wi: Floats, wo: Floats, path: PathLike) -> None:
         [f"{index:0{digits}d}.png", *(f"{angle:.2f}" for angle in row)]
         for index, row in enumerate(angles, 1)
     )
-    write_rows([["file", "theta_l", "phi_l", "theta_v", "phi_v"], *rows], path)
+    columns = ["file", "theta_l", "phi_l", "theta_v", "phi_v"]
+    write_rows([columns, *rows], path, "directions of light and view in degrees")
