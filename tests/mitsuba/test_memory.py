@@ -18,7 +18,7 @@ pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 
 LIMITED = """
 import resource, sys
-import nacre.mitsuba
+import nacre.mitsuba.preview
 from nacre.errors import NacreError
 {before}
 resource.setrlimit(resource.RLIMIT_AS, ({megabytes} << 20, resource.RLIM_INFINITY))
@@ -45,7 +45,7 @@ def limited(megabytes: int, code: str, before: str = "") -> str:
 
 def used() -> int:
     """MiB of address space of a process that has imported what renders."""
-    code = "import nacre.mitsuba; print(open('/proc/self/statm').read().split()[0])"
+    code = "import nacre.mitsuba.preview; print(open('/proc/self/statm').read().split()[0])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     return (int(done.stdout) * resource.getpagesize()) >> 20
 
@@ -60,7 +60,7 @@ def test_too_little_to_load_mitsuba_is_told(left: int) -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="needs address space limits that hold")
 def test_too_little_to_render_is_told() -> None:
     found = limited(
-        used() + 900, 'nacre.mitsuba.render_preview({"type": "diffuse"}, size=8, spp=1)'
+        used() + 480, 'nacre.mitsuba.render_preview({"type": "diffuse"}, size=8, spp=1)'
     )
     assert "not enough memory to render" in found
 

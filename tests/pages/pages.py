@@ -33,10 +33,11 @@ def extras(page: Path) -> list[str]:
 
 
 def distributions(page: Path) -> list[str]:
-    """What the extras of a page install on every platform."""
+    """What the extras of a page, and the packages that it says to install, bring everywhere."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     lines = [line for name in extras(page) for line in project["optional-dependencies"][name]]
-    return [re.split(r"[^\w-]", line)[0] for line in lines if ";" not in line]
+    named = re.findall(r"^pip install (\w[\w-]*)", page.read_text("utf-8"), re.M)
+    return [*named, *(re.split(r"[^\w-]", line)[0] for line in lines if ";" not in line)]
 
 
 def downloads(page: Path) -> list[str]:

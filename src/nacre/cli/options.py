@@ -262,7 +262,7 @@ preset_option = _shared(
     ["draft", "standard", "best"],
     default="standard",
     help="Length of the fit: about 0.3, 1.5 or 12 seconds for an isotropic material on two idle "
-    "server cores. The first fit on a machine compiles for about 20 seconds more.",
+    "server cores. The first fit on a machine compiles for about 5 seconds more.",
 )
 scale_option = _shared(
     "--free-scale",
