@@ -86,8 +86,8 @@ def test_splits_methods_and_measures_are_listed(capsys: Any) -> None:
         (("--only", "chrome"), "'chrome' is not a material of the split included"),
         (("--split", "rgl"), "rgl: needs acrylic_felt_green_rgb.bsdf; 'nacre download"),
         (("-o", "none/out.jsonl"), "none/out.jsonl: folder none does not exist"),
-        (("--show", "none.jsonl"), "none.jsonl: cannot be read"),
-        (("--show", "x.jsonl", "--quick"), "leave out --quick"),
+        (("--show", "none.jsonl"), "none.jsonl: no such file"),
+        (("--show", __file__, "--quick"), "leave out --quick"),
     ],
 )
 def test_bad_input_is_refused_in_one_line(capsys: Any, words: Any, message: str) -> None:

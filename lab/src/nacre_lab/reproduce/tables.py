@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from nacre.io.files import atomic_path
+from nacre.io.outputs import overwrite
 from nacre.io.text_file import write_rows
 
 
@@ -21,13 +23,24 @@ def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def write_csv(head: Sequence[str], rows: Iterable[Sequence[object]], path: Path) -> None:
     """Write comma-separated values; numbers have six digits.
 
+    A table of the same columns is replaced: such a file has no place to say who wrote it.
+
     Raises
     ------
     FormatError
         If the file cannot be written.
     """
     cells = [[f"{v:.6g}" if isinstance(v, float) else v for v in row] for row in rows]
-    write_rows([head, *cells], path)
+    with overwrite(_has_columns(path, head)):
+        write_rows([head, *cells], path)
+
+
+def _has_columns(path: Path, head: Sequence[str]) -> bool:
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            return next(csv.reader(file), []) == [*head]
+    except (OSError, ValueError, csv.Error):
+        return False
 
 
 def write_text(text: str, path: Path) -> None:

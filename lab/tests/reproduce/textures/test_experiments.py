@@ -277,14 +277,14 @@ def test_the_command_writes_and_goes_on(folder, tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("btf-fig4", "absent"), "absent: cannot be read"),
+        (("btf-fig4", "absent"), "absent: no such file"),
         (("btf-fig4", "{}", "--methods", "other-8"), "other-8: is not a method"),
         (("btf-fig4", "{}", "--methods", "pca-8:2x30"), "only networks have decoders"),
         (("btf-fig4", "{}", "--steps", "3", "--epochs", "1"), "steps and epochs: give only one"),
         (("btf-fig4", "{}", "--unseen", "oak"), "oak: is not one of the textures"),
         (("btf-fig4", "{}", "--other", "{}"), "--other is not for btf-fig4"),
         (("btf-fig6", "{}", "--again", "{}"), "--again is not for btf-fig6"),
-        (("btf-fig4", "{}", "--published", "x"), "--published is not for btf-fig4"),
+        (("btf-fig4", "{}", "--published", "{}"), "--published is not for btf-fig4"),
     ],
 )
 def test_bad_requests_are_one_line(folder, tmp_path, monkeypatch, capsys, arguments, message):
