@@ -34,6 +34,9 @@ from nacre.numerics.exchange import any_library, numbers
 from nacre.objects.described import Described, readable_size
 from nacre.objects.frozen import Frozen
 
+COLOR = ("red", "green", "blue")
+"""What the channels are unless something else is said; see :attr:`Brdf.channels`."""
+
 _LARGEST = float(np.finfo(np.float32).max)
 """Bound of f_r in 1/sr: a file may hold finite numbers whose products are not."""
 
@@ -137,6 +140,14 @@ class Brdf(Described):
     wavelengths: Floats | None = None
     """Bands in nm, increasing, where spectra are known: see :meth:`eval_spectral`; else None."""
 
+    channels: tuple[str, str, str] = COLOR
+    """What the three values of :meth:`eval` are: linear Rec. 709 red, green and blue, or, where the
+    bands of a measurement make no color, one to three of these, longest first: "905 nm"."""
+
+    notes: tuple[str, ...] = ()
+    """What one should know about where f_r came from, in sentences: what its file holds besides,
+    which factor its values were multiplied by. Fits and conversions keep them."""
+
     source: Mapping[str, str] | None = None
     """Where the data came from: "file" and "sha256"; :func:`nacre.load` sets it."""
 
@@ -198,6 +209,10 @@ class Brdf(Described):
         facts = {"name": self.name, "model": type(self).__name__, "isotropic": self.isotropic}
         if self.nbytes is not None:
             facts["memory bytes"] = self.nbytes
+        if self.channels != COLOR:
+            facts["channels"] = list(self.channels)
+        if self.notes:
+            facts["notes"] = list(self.notes)
         if self.wavelengths is None:
             return facts
         span = [float(self.wavelengths[0]), float(self.wavelengths[-1])]

@@ -14,9 +14,11 @@ from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.errors import FormatError
 from nacre.included import resolve
+from nacre.io import content
 from nacre.io.disguise import disguise, missing, zeros
-from nacre.io.files import PathLike, first_bytes, read_head
+from nacre.io.files import PathLike, first_bytes
 from nacre.io.format import Format, Kind, Signature
+from nacre.io.head import recognized_head
 from nacre.io.packed import inner_names, is_packed, unpacked
 from nacre.io.source import Source
 from nacre.io.tensors import header_key
@@ -80,14 +82,18 @@ _SIGNATURES = {
     ),
     "comma-separated samples": Signature(
         "nacre.measured.comma_separated:FORMAT", (".csv",),
-        # Behind zeros, as in UTF-16, which the reader refuses for what it is.
-        rb"(?i)\A(?!tensor_file).*t\0*h\0*e\0*t\0*a\0*_|\A[\xef\xbb\xbf\xff\xfe\0\s]*(#|a\0*s\0*t\0*m)",
+        # Behind zeros, as in UTF-16.
+        rb"(?i)\A(?!tensor_file).*t\0*h\0*e\0*t\0*a\0*_|\A[\xef\xbb\xbf\xff\xfe\0\s]*a\0*s\0*t\0*m",
+        by_ending=True,
     ),
     "ASTM E1392 samples": Signature(
         "nacre.measured.comma_separated:ASTM", (".astm",), None, writes=False
     ),
     "MDL": Signature("nacre.measured.mbsdf:FORMAT", (".mbsdf",), rb"\ANVIDIA ARC MBSDF V1\n"),
-    "Cornell scan": Signature("nacre.measured.cornell:FORMAT", (".brdf",), rb"\A#", writes=False),
+    "Cornell scan": Signature(
+        "nacre.measured.cornell:FORMAT", (".brdf",), rb"\A#.*(wls|theta i)", writes=False,
+        by_ending=True,
+    ),
     "Radiance BSDF": Signature("nacre.measured.radiance:FORMAT", (".xml",), rb"<WindowElement"),
     "UTIA": Signature("nacre.measured.utia:FORMAT", (".bin",), None),
     "UTIA image (.exr)": Signature(
@@ -158,10 +164,10 @@ def _content(path: Path) -> Iterator[tuple[Path, bytes]]:
     """A file, or the one in a packed file, and its first bytes."""
     if problem := missing(path):
         raise FormatError(f"{path}: {problem}")
-    head = read_head(path)
+    head = recognized_head(path)
     if is_packed(path, head) and not _has_its_length(path):
         with unpacked(path, _all_endings, _is_material) as file:
-            yield file, read_head(file)
+            yield file, recognized_head(file)
     else:
         yield path, head
 
@@ -173,7 +179,7 @@ def _all_endings() -> set[str]:
 def _is_material(path: Path) -> bool:
     """Whether one file among others holds a material; does not raise."""
     with suppress(FormatError):
-        entry = _of_file(path, read_head(path))
+        entry = _of_file(path, recognized_head(path))
         alone = entry.claims_folder is None  # a list of photographs needs these
         return alone and (entry.claims is None or entry.claims(path))
     return False
@@ -209,8 +215,24 @@ def _of_file(path: Path, head: bytes) -> Format:
     if not known:
         if other := _other(head):
             raise FormatError(f"{path}: holds no material: it is {other}")
-        raise FormatError(f"{path}: content is of no known format (known: {_endings(formats())})")
+        known = _possible(
+            lambda s: s.by_ending and suffix in s.extensions and content.is_text(head)
+        )
+    if not known:
+        raise FormatError(f"{path}: is {content.looks_like(head)}{_nearest(suffix, head)}")
     return next((entry for entry in known if suffix in entry.extensions), known[0])
+
+
+def _nearest(suffix: str, head: bytes) -> str:
+    """The two formats that a file of unknown content is most likely meant to be of."""
+    names = list(_SIGNATURES)
+    alike = [n for n in names if suffix and suffix in _SIGNATURES[n].extensions]
+    alike += [n for n in content.formats_like(head) if n not in alike]
+    nearest = [f"{name} ({_SIGNATURES[name].extensions[0]})" for name in alike[:2]]
+    if not nearest:
+        return "; the page on formats (docs/reference/formats.md) lists those that are read"
+    what = f"{'neither' if len(nearest) > 1 else 'not'} {' nor '.join(nearest)}"
+    return f", {what}, the nearest of the formats that are read"
 
 
 def _disguise(path: Path, head: bytes) -> str:
@@ -252,6 +274,20 @@ def describe_kind(path: PathLike) -> str:
         entry = identify(path)
         return f"{_WORDS[entry.kind]} ({entry.name})"
     return ""
+
+
+def materials_in(path: PathLike) -> tuple[str, ...]:
+    """Names of the materials in a file, "" for those without one; none for a format whose files
+    hold one.
+
+    Raises FormatError as :func:`load`.
+    """
+    path = resolve(path)
+    if path.is_dir():
+        return ()
+    with _content(path) as (file, head):
+        entry = _of_file(file, head)
+        return () if entry.materials is None else tuple(entry.materials(file))
 
 
 def is_btf(path: PathLike) -> bool:
@@ -304,7 +340,7 @@ def load(path: PathLike, material: str | None = None, **options: Any) -> Brdf | 
         A measured, analytic or neural material; or a texture: a file, a folder of images, or a list
         of photographs (`.csv`); or the name of one that comes with nacre (:func:`nacre.materials`).
     material
-        Name of a material, for files that hold several.
+        Name of a material, or its number from 1, for files that hold several.
     options
         Those of the format's reader: `quantity` and `directions` for photographs (see
         :func:`nacre.measured.textures.load_photographs`), `interpolation` for a MERL table. Those
@@ -360,9 +396,10 @@ def _read(
             raise FormatError(f"{path}: {problem}; nacre btf average makes one from it")
         load, material, options = entry.load_material, None, {}
     _check_options(path, entry, load, options)
-    if material is not None and not entry.several:
+    several = entry.materials is not None and load is entry.load
+    if material is not None and not several:
         raise FormatError(f"{path}: holds one material; leave out the name {material!r}")
-    loaded: Brdf | Btf = load(path, *([material] if entry.several else []), **options)
+    loaded: Brdf | Btf = load(path, *([material] if several else []), **options)
     return loaded
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import ast
 import math
 import re
-import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ from nacre.analytic.model import AnalyticBrdf
 from nacre.errors import FormatError
 from nacre.io.files import read_bytes
 from nacre.io.format import Format
+from nacre.io.names import chosen
 
 _LIMIT = 1 << 22
 _LONGEST = 1 << 14
@@ -56,7 +56,7 @@ of Low et al. 2012 and Bagher et al. 2012 have, and the paper does not say so.""
 def materials(path: Path) -> dict[str, str]:
     """The formula of every material in a table, by name.
 
-    Raises FormatError if the file is not text, or a line is no material.
+    Raises FormatError if the file is not text, a line is no material, or there is none.
     """
     try:
         text = read_bytes(path, _LIMIT).decode("utf-8")
@@ -70,6 +70,8 @@ def materials(path: Path) -> dict[str, str]:
         if match is None:
             raise FormatError(f"{path}: line {number} is not 'material = Aggregate(...)'")
         found[match[1]] = match[2]
+    if not found:
+        raise FormatError(f"{path}: holds no material")
     return found
 
 
@@ -79,12 +81,7 @@ def load(path: Path, material: str | None = None) -> AnalyticBrdf:
     Raises FormatError if there is no such material, or its model is unknown.
     """
     known = materials(path)
-    if material is None and len(known) == 1:
-        material = next(iter(known))
-    if material not in known:
-        names = textwrap.shorten(", ".join(known), 400, placeholder=" ...")
-        missing = f"no material {material[:80]!r}" if material else f"{len(known)} materials"
-        raise FormatError(f"{path}: holds {missing}; choose one of {names}")
+    material = list(known)[chosen(path, list(known), material)]
     where = f"{path}: {material[:80]}"
     diffuse, kind, given = _parse(known[material], where)
     if kind.startswith("Ngan"):
@@ -142,6 +139,6 @@ FORMAT = Format(
     (".fit",),
     lambda head: b"BSDF fits" in head or b"Aggregate(" in head,
     load,
-    several=True,
+    materials=lambda path: list(materials(path)),
     measured=False,
 )

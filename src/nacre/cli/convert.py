@@ -94,4 +94,6 @@ def _reflectance(
     if made.colors_only:
         kept = "_spec.bsdf and .csv keep them"
         note(f"{output}: holds the color of {source} but not its wavelengths; {kept}")
+    for text_of_source in brdf.notes:
+        note(f"{source}: {text_of_source}")
     report_file(output, text, kind="brdf", **facts)

@@ -115,6 +115,7 @@ def _lines(file: FittedFile) -> Iterator[str]:
     yield f"{file.output}: {size:,} bytes, {file.fit.summary}, {file.fit.seconds:.1f} s"
     if (psnr := file.fit.psnr) is not None:
         yield f"  PSNR {psnr:.1f} dB on a sphere in directional light: {psnr_words(psnr)}"
+    yield from (f"  {text}" for text in file.fit.notes)
 
 
 def note_inputs(fitting: Fitting, output: Path) -> None:
@@ -223,6 +224,7 @@ def _facts(file: FittedFile) -> dict[str, Any]:
         "size_bytes": file.output.stat().st_size,
         "seconds": file.fit.seconds,
         "psnr_db": file.fit.psnr,
+        **({"notes": list(file.fit.notes)} if file.fit.notes else {}),
         **{json_key(name): value for name, value in file.fit.losses.items()},
     }
 

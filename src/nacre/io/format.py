@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -50,9 +50,10 @@ class Format:
     keeps_bands: Callable[[Any, Path, bool], bool] = lambda brdf, path, anew: False
     """Whether `save` keeps the spectra of a reflectance that has some, rather than their color, in
     a file of a name; the last argument is whether a resolution is given."""
-    several: bool = False
-    """Whether a file holds several materials: `load` then takes the name of one as
-    well, or None."""
+    materials: Callable[[Path], Sequence[str]] | None = None
+    """Names of the materials in a file, "" for those without one, for a format whose files hold
+    several; raises :class:`nacre.FormatError`. `load` then takes a second argument, what a user
+    gave to choose one of them, or None (:func:`nacre.io.names.chosen`)."""
     claims: Callable[[Path], bool] | None = None
     """Whether a file is of this format, where its ending and its first bytes do not tell; must not
     raise. None where they do."""
@@ -85,6 +86,8 @@ class Signature:
     """Whether the entry has `save`."""
     folders: bool = False
     """Whether it has `claims_folder`."""
+    by_ending: bool = False
+    """Whether it takes text of its endings that no format recognizes by the content."""
 
     def allows(self, head: bytes) -> bool:
         """Whether a file with these first bytes can be of this format by its content."""

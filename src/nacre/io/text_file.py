@@ -5,34 +5,48 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 from collections.abc import Iterable, Iterator, Sequence
 
 from nacre.errors import FormatError
 from nacre.io.files import PathLike, read_bytes, write_encoded
 
 LINE_LIMIT = 1 << 16  # most characters in a line
+_BINARY = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")  # no text has these
 
 
 def read_lines(path: PathLike, size_limit: int) -> Iterator[tuple[int, str]]:
-    """Numbers of lines, from 1, and lines of a file that is UTF-8 throughout.
+    """Numbers of lines, from 1, and lines of a text file, whatever ends them.
 
-    Lines come one at a time: a list of them could take many times the memory of the file. A byte
-    order mark at its start is left out. Raises :class:`FormatError` if the file has more bytes than
-    `size_limit`, is not UTF-8, or, once it is reached, for a line longer than :data:`LINE_LIMIT`.
+    UTF-8, UTF-16 with a byte order mark, which is left out, or, as instruments write it, one byte a
+    character (Windows-1252). Lines come one at a time: a list of them could take many times the
+    memory of the file. Raises :class:`FormatError` if the file has more bytes than `size_limit`, is
+    no text, or, once it is reached, for a line longer than :data:`LINE_LIMIT`.
     """
     data = read_bytes(path, size_limit)
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in data:
-        raise FormatError(f"{path}: is UTF-16 text, not UTF-8, or something else; save it as UTF-8")
+    return _lines(path, data, _encoding(path, data))
+
+
+def _encoding(path: PathLike, data: bytes) -> str:
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        encoding = "utf-16"
+    elif b"\0" in data:
+        raise FormatError(f"{path}: is not text, or is UTF-16 without its mark; save it as UTF-8")
+    else:
+        encoding = "utf-8-sig"
     try:
-        data.decode("utf-8")
+        data.decode(encoding)
     except UnicodeDecodeError as error:
-        where = f"{path}: byte {error.start}"
-        raise FormatError(f"{where} is not UTF-8 text; save the file as UTF-8") from error
-    return _lines(path, data)
+        if encoding == "utf-16" or _BINARY.search(data):
+            raise FormatError(
+                f"{path}: byte {error.start} is not text; save it as UTF-8"
+            ) from error
+        return "windows-1252"
+    return encoding
 
 
-def _lines(path: PathLike, data: bytes) -> Iterator[tuple[int, str]]:
-    text = io.TextIOWrapper(io.BytesIO(data), encoding="utf-8-sig")
+def _lines(path: PathLike, data: bytes, encoding: str) -> Iterator[tuple[int, str]]:
+    text = io.TextIOWrapper(io.BytesIO(data), encoding=encoding, errors="replace")
     for number in range(1, len(data) + 2):
         line = text.readline(LINE_LIMIT + 1)
         if len(line) > LINE_LIMIT:

@@ -21,13 +21,13 @@ from nacre.brdf import Brdf
 from nacre.color import xyz_to_rgb
 from nacre.errors import FormatError
 from nacre.geometry import from_spherical, join, split, to_spherical
-from nacre.io.files import PathLike, atomic_path, first_bytes
+from nacre.io.files import PathLike, atomic_path
 from nacre.io.format import Format
+from nacre.io.head import recognized_head
 from nacre.io.text_file import read_lines
 from nacre.measured.deduplication import from_measurement
 from nacre.measured.sample_columns import ANGLES, NOISE, Columns, read_header, read_table
 from nacre.measured.scattered import ScatteredBrdf, tabulate
-from nacre.measured.spectra import to_rgb
 
 _SIZE_LIMIT = 1 << 28
 _COUNTS = ("samples", "num_points")  # header keys of the number of samples: ours, and ASTM's
@@ -162,15 +162,15 @@ def _check_count(path: PathLike, header: dict[str, str], found: int) -> None:
             )
 
 
-def _values(table: _Array, columns: Columns) -> tuple[_Array, _Array | None, _Array | None]:
-    """Linear RGB, and spectra and wavelengths where there are any."""
+def _values(table: _Array, columns: Columns) -> tuple[_Array | None, _Array | None, _Array | None]:
+    """Linear RGB, or spectra and wavelengths."""
 
     def pick(names: Iterable[str]) -> _Array:
         return table[:, [columns.names.index(name) for name in names]]
 
     if bands := columns.bands:
         spectra, wavelengths = pick(bands), np.array(bands, np.float64)
-        return to_rgb(spectra, wavelengths), spectra, wavelengths
+        return None, spectra, wavelengths
     if "f" in columns.names:
         return pick("fff"), None, None
     return (xyz_to_rgb(pick("xyz")) if "x" in columns.names else pick("rgb")), None, None
@@ -188,7 +188,7 @@ def _recognize(head: bytes) -> bool:
     text = head.replace(b"\0", b"").lstrip(b"\xef\xbb\xbf\xff\xfe").lstrip().lower()
     if text.startswith(b"tensor_file"):  # has fields of such names
         return False
-    return b"theta_" in text or (text.startswith((b"#", b"astm")) and b"# cornell" not in text)
+    return b"theta_" in text or text.startswith(b"astm")
 
 
 FORMAT = Format(
@@ -198,6 +198,6 @@ FORMAT = Format(
     load,
     save,
     keeps_bands=lambda brdf, path, anew: True,
-    claims=lambda path: _recognize(first_bytes(path)),
+    claims=lambda path: _recognize(recognized_head(path)),
 )
 ASTM = Format("ASTM E1392 samples", (".astm",), None, load)

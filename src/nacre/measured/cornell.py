@@ -25,7 +25,6 @@ from nacre.io.files import PathLike, read_bytes
 from nacre.io.format import Format
 from nacre.measured.deduplication import from_measurement
 from nacre.measured.scattered import ScatteredBrdf
-from nacre.measured.spectra import to_rgb
 
 _SIZE_LIMIT = 1 << 28
 _BAND_LIMIT = 1024
@@ -57,7 +56,7 @@ def load(path: PathLike) -> ScatteredBrdf:
     return from_measurement(
         wi,
         wo,
-        to_rgb(spectra, wavelengths),
+        None,
         title or Path(path).stem,
         where=f"{path}: samples",
         spectra=spectra,
@@ -119,7 +118,7 @@ def _title(lines: Iterable[str]) -> tuple[str, str]:
 
 
 def _recognize(head: bytes) -> bool:
-    return head.startswith(b"#") and head.isascii() and b"theta_" not in head  # columns of .csv
+    return head.startswith(b"#") and (b"wls" in head or b"theta i" in head)
 
 
 FORMAT = Format("Cornell scan", (".brdf",), _recognize, load)

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
 from nacre.array import Floats
+from nacre.brdf import COLOR
 from nacre.errors import FormatError
 from nacre.measured.scattered import ScatteredBrdf
+from nacre.measured.spectra import as_channels
 
 
 def from_measurement(
     wi: Floats,
     wo: Floats,
-    rgb: Floats,
+    rgb: Floats | None,
     name: str,
     *,
     where: str = "",
@@ -24,8 +26,12 @@ def from_measurement(
     wavelengths: Floats | None = None,
     sigma: Floats | None = None,
     facts: Mapping[str, Any] | None = None,
+    notes: Iterable[str] = (),
 ) -> ScatteredBrdf:
     """A reflectance from the rows of a file, which may hold more than a reflectance can.
+
+    Where `rgb` is None, its channels are those of the spectra
+    (:func:`nacre.measured.spectra.as_channels`).
 
     Samples with a direction at or below the horizon, and those negative in every channel (not
     measured), are left out. Samples of one pair of directions, to a millionth, are averaged; for an
@@ -33,6 +39,11 @@ def from_measurement(
     would hide how far samples are from each other. :meth:`ScatteredBrdf.describe` counts them. A
     :class:`FormatError`, which starts with `where`, says that nothing is left.
     """
+    channels = COLOR
+    if rgb is None:
+        assert spectra is not None
+        assert wavelengths is not None
+        rgb, channels = as_channels(spectra, wavelengths)
     # A direction at 90 degrees comes out of the sine and cosine a rounding error above 0.
     visible = np.minimum(wi[:, 2], wo[:, 2]) > 1e-6
     known = (rgb if spectra is None else spectra).max(axis=1) >= 0.0
@@ -63,7 +74,7 @@ def from_measurement(
         "dropped as not measured": int((visible & ~known).sum()),
         "averaged as duplicates": int(kept.sum()) - len(first),
     }
-    return ScatteredBrdf(
+    scan = ScatteredBrdf(
         wi[kept][first],
         wo[kept][first],
         mean(rgb),
@@ -74,6 +85,7 @@ def from_measurement(
         sigma=None if sigma is None else of_means(sigma),
         facts=dict(facts or {}) | counts,
     )
+    return scan.replaced(channels=channels, notes=tuple(notes))
 
 
 def _rotated(pairs: Floats) -> Floats:

@@ -25,7 +25,6 @@ from nacre.io.files import PathLike, atomic_path, read_bytes
 from nacre.io.format import Format
 from nacre.measured.deduplication import from_measurement
 from nacre.measured.scattered import ScatteredBrdf
-from nacre.measured.spectra import to_rgb
 from nacre.measured.specular_nodes import Resolution, bands, directions, spectra
 from nacre.sampling import check_isotropic
 
@@ -69,7 +68,7 @@ def load(path: PathLike) -> ScatteredBrdf:
     return from_measurement(
         wi.astype(np.float64),
         wo.astype(np.float64),
-        to_rgb(values, wavelengths),
+        None,
         printable(name),
         where=f"{path}: lookupTable",
         spectra=values,

@@ -128,7 +128,7 @@ class ScatteredBrdf(LobeSampledBrdf):
             spectra=None if self.spectra is None else self.spectra[chosen],
             wavelengths=self.wavelengths,
             sigma=part.sigma,
-        )
+        ).replaced(channels=self.channels, notes=self.notes)
 
     def scattered(self) -> Scattered | None:
         return self
@@ -216,7 +216,7 @@ def tabulate(brdf: Brdf) -> ScatteredBrdf:
     spectra = None if brdf.wavelengths is None else brdf.eval_spectral(wi, wo)
     if spectra is not None:
         known &= np.isfinite(spectra).all(axis=1)
-    return ScatteredBrdf(
+    scan = ScatteredBrdf(
         wi[known],
         wo[known],
         rgb[known],
@@ -225,6 +225,7 @@ def tabulate(brdf: Brdf) -> ScatteredBrdf:
         spectra=None if spectra is None else spectra[known],
         wavelengths=brdf.wavelengths,
     )
+    return scan.replaced(channels=brdf.channels, notes=brdf.notes)
 
 
 def directions(isotropic: bool) -> tuple[Floats, Floats]:

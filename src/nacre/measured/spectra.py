@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from nacre.brdf import COLOR
+
 _Array = npt.NDArray[np.float64]
 
 _TO_LINEAR = (
@@ -17,6 +19,35 @@ _TO_LINEAR = (
 )
 """CIE XYZ to linear Rec. 709 RGB (ITU-R BT.709). These are all digits with which colors of earlier
 versions were computed; :func:`nacre.color.xyz_to_rgb` differs from them by a last bit."""
+
+
+_VISIBLE = 380.0, 780.0  # wavelengths in nm
+_BLUE, _RED = 490.0, 590.0  # a color needs a band up to the first, and one from the second on
+
+
+def is_color(wavelengths: npt.ArrayLike) -> bool:
+    """Whether bands, in nm, make a color: three visible ones, of which one is blue and one red."""
+    bands = np.asarray(wavelengths, np.float64)
+    seen = bands[(bands >= _VISIBLE[0]) & (bands <= _VISIBLE[1])]
+    return len(seen) >= 3 and bool(seen.min() <= _BLUE and seen.max() >= _RED)
+
+
+def as_channels(
+    spectra: npt.ArrayLike, wavelengths: npt.ArrayLike
+) -> tuple[_Array, tuple[str, str, str]]:
+    """Three channels of spectra, shape (..., 3), and what they are (:attr:`nacre.Brdf.channels`).
+
+    The color (:func:`to_rgb`) of bands that make one (:func:`is_color`); else bands as they are,
+    the longest first: one of them three times, or the longest, a middle one and the shortest.
+    Spectra, shape (..., bands), are at wavelengths in nm, shape (bands,), increasing.
+    """
+    if is_color(wavelengths):
+        return to_rgb(spectra, wavelengths), COLOR
+    values, bands = np.asarray(spectra, np.float64), np.asarray(wavelengths, np.float64)
+    last = len(bands) - 1
+    first, middle, third = chosen = last, (last + 1) // 2 if last > 1 else 0, 0
+    names = (f"{bands[first]:.6g} nm", f"{bands[middle]:.6g} nm", f"{bands[third]:.6g} nm")
+    return values[..., list(chosen)], names
 
 
 def to_rgb(spectra: npt.ArrayLike, wavelengths: npt.ArrayLike) -> _Array:

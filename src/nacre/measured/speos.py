@@ -20,7 +20,6 @@ from nacre.io.files import PathLike, atomic_path, read_bytes
 from nacre.io.format import Format
 from nacre.measured.deduplication import from_measurement
 from nacre.measured.scattered import ScatteredBrdf
-from nacre.measured.spectra import to_rgb
 from nacre.measured.specular_nodes import Resolution, bands, directions, reflected, spectra
 from nacre.measured.words import Words
 from nacre.sampling import check_isotropic
@@ -59,7 +58,7 @@ def load(path: PathLike) -> ScatteredBrdf:
     return from_measurement(
         np.concatenate(wi).astype(np.float64),
         np.concatenate(wo).astype(np.float64),
-        to_rgb(spectra, wavelengths),
+        None,
         name or Path(path).stem,
         where=f"{path}: tables",
         spectra=spectra,

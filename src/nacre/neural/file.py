@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from nacre.brdf import COLOR
 from nacre.errors import FormatError
 from nacre.io.files import PathLike, check_json, write_encoded
 from nacre.io.format import Format
@@ -28,7 +29,7 @@ _LIMIT = 1 << 26
 _KEY = "nacre"
 _FIXED = (
     *("version", "model", "sizes", "parametrisation", "angle"),
-    *("output", "color_space", "name", "sampler"),
+    *("output", "color_space", "name", "sampler", "channels", "notes"),
 )
 """Fields that this module writes; whatever else the header holds is the material's metadata."""
 _PARAMETRISATIONS = {
@@ -66,6 +67,10 @@ def encode(network: NeuralBrdf) -> bytes:
         "name": network.name,
         "sampler": sampler,
     }
+    if network.channels != COLOR:
+        header["color_space"], header["channels"] = "none", list(network.channels)
+    if network.notes:
+        header["notes"] = list(network.notes)
     if has_axes(network.inputs, network.isotropic):
         header["angle"] = network.angle
     numbered = numbered_tensors(network.layers)
@@ -76,6 +81,15 @@ def encode(network: NeuralBrdf) -> bytes:
 def _output(inputs: str) -> str:
     """What files say about how outputs x become f_r."""
     return "exp(x)" if inputs == RECIPROCAL else "exp(x) - 1, clamped at 0"
+
+
+def texts(found: Any, count: int | None = None) -> tuple[Any, ...]:
+    """A list of texts as a tuple; a ValueError says that it is none, or not of a length."""
+    if not isinstance(found, list | tuple) or not all(isinstance(text, str) for text in found):
+        raise ValueError("field 'channels' or 'notes' is not a list of texts")
+    if count is not None and len(found) != count:
+        raise ValueError(f"field 'channels' has {len(found)} names, expected {count}")
+    return tuple(found)
 
 
 def numbered_tensors(layers: Sequence[Layer], prefix: str = "") -> Tensors:
@@ -133,6 +147,9 @@ def _from_header(header: dict[str, Any], tensors: Tensors) -> NeuralBrdf:
         precision=stored[0],
         activation=activations[0],
         angle=float(header["angle"]) if has_axes(inputs, isotropic) else 0.0,
+    )
+    network = network.replaced(
+        channels=texts(header.get("channels", COLOR), 3), notes=texts(header.get("notes", ()))
     )
     if list(network.sizes) != header["sizes"]:
         raise ValueError(f"tensors have sizes {network.sizes}, the header says {header['sizes']}")

@@ -42,7 +42,7 @@ class FitData:
     """
 
     name: str
-    source: Mapping[str, str] | None
+    about: Mapping[str, Any]  # source, channels and notes of the material
     isotropic: bool
     scan: Scattered | None
     recipe: Recipe
@@ -90,10 +90,11 @@ class FitData:
             "sampling": recipe.sampling if scan is None else None,
         }
         metadata: dict[str, Any] = {"fit": settings, "quality": dict(quality)}
-        if self.source:
-            metadata["source"] = dict(self.source)
+        if source := self.about["source"]:
+            metadata["source"] = dict(source)
         with one_blas_thread():
-            network = network.replaced(metadata=metadata)
+            channels, notes = self.about["channels"], self.about["notes"]
+            network = network.replaced(metadata=metadata, channels=channels, notes=notes)
             if recipe.physical:
                 network = limited(network)
             return network.replaced(sampler=fit_lobes(network))
@@ -159,4 +160,5 @@ def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> FitData:
     else:
         chosen = recipe.held_out, recipe.seed
         parts = scattered_samples(scan, count, *chosen, sampled, inputs)
-    return FitData(brdf.name, brdf.source, isotropic, scan, recipe, *parts)
+    about = {name: getattr(brdf, name) for name in ("source", "channels", "notes")}
+    return FitData(brdf.name, about, isotropic, scan, recipe, *parts)

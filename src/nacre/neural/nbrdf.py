@@ -158,7 +158,8 @@ class NeuralBrdf(NetworkBrdf):
         """A network with other layers that is like this one in all else."""
         kept = "isotropic", "name", "source", "sampler", "metadata", "inputs", "precision"
         settings = {name: getattr(self, name) for name in (*kept, "activation", "angle")}
-        return NeuralBrdf(layers, **settings)
+        network = NeuralBrdf(layers, **settings)
+        return network.replaced(channels=self.channels, notes=self.notes)
 
     def _eval_followed(self, wi: Array, wo: Array) -> Array:
         if namespace(wi).library != "torch":

@@ -6,10 +6,11 @@ import math
 import re
 import string
 import unicodedata
+from collections.abc import Iterable
 
 import numpy as np
 
-from nacre.brdf import Brdf
+from nacre.brdf import COLOR, Brdf
 from nacre.btf import Btf
 
 _MAX_NAME = 60
@@ -81,8 +82,18 @@ def facts(material: Brdf | Btf) -> dict[str, str]:
     if isinstance(loss, float):
         scale = f" ({safe(str(known['loss']))})" if "loss" in known else ""
         found["error"] = f"Error against it: held-out loss {loss:.5f}{scale}"
+    if isinstance(material, Brdf) and material.channels != COLOR:
+        found["channels"] = (
+            f"Channels, in place of red, green and blue: {_listed(material.channels)}"
+        )
+    if isinstance(material, Brdf) and material.notes:
+        found["notes"] = f"Notes: {_listed(material.notes, ' ')}"
     terms = given.get("terms") or known.get("terms of the source") or "not recorded"
     return found | {"terms": f"Terms of the source: {safe(str(terms))}"}
+
+
+def _listed(texts: Iterable[str], between: str = ", ") -> str:
+    return between.join(map(safe, texts))
 
 
 def preamble(material: Brdf | Btf) -> list[str]:

@@ -26,6 +26,7 @@ class Fit:
     seconds: float = 0.0
     error: str | None = None
     summary: str = ""  # the fit in one line
+    notes: tuple[str, ...] = ()  # of the material
     psnr: float | None = None  # of spheres in directional light, in dB, if compared
 
 
@@ -52,7 +53,7 @@ def finished(fitting: Fitting, fitted: Brdf, sha256: str | None, seconds: float)
     """The outcome of a fit that took so many seconds; a NacreError if it cannot be written."""
     content, losses = fitting.encode(fitted), fitting.losses(fitted)
     summary = fitting.summary(fitted)
-    return Fit(content, sha256, losses, round(seconds, 3), summary=summary)
+    return Fit(content, sha256, losses, round(seconds, 3), summary=summary, notes=fitted.notes)
 
 
 def explain(error: Exception, path: Path) -> str:

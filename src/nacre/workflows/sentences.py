@@ -8,12 +8,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from nacre.brdf import Brdf
+from nacre.brdf import COLOR, Brdf
+from nacre.errors import in_words
 from nacre.io.format import Format
 from nacre.objects.described import readable_size
 
-Sentences = tuple[str, str, str]
-"""What it is; how large; whether anything is wrong."""
+Sentences = tuple[str, ...]
+"""What it is; how large; whether anything is wrong; and then notes about where it came from."""
 
 _KINDS = {
     "codec": "A texture codec",
@@ -54,15 +55,18 @@ def reflectance(
         noun = "reflectance" if entry is None else "measured reflectance"
     what = f"An {isotropy} {noun}{_format(entry)}{_named(facts, file)}"
     fitted = facts.get("fitted to")
+    if brdf.channels != COLOR:
+        what += f", with the bands {in_words(dict.fromkeys(brdf.channels))} in place of colors"
     what += f", fitted to {fitted}." if fitted else "."
     size = _size(facts)
     if formula:
         size += f" {textwrap.shorten(brdf.summary(), 120, placeholder=' ...')}."
     if "energy" not in facts:
         unknown = "Energy and reciprocity were not computed."
-        return (what, size, f"{unknown}{_quality(facts)}"), False
+        return (what, size, f"{unknown}{_quality(facts)}", *brdf.notes), False
     found = findings(facts, file, formula=formula)
-    return (what, size, conclusion(found) + _quality(facts)), any(one.wrong for one in found)
+    end = conclusion(found) + _quality(facts)
+    return (what, size, end, *brdf.notes), any(one.wrong for one in found)
 
 
 def texture(

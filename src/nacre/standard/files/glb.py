@@ -16,6 +16,7 @@ from nacre.brdf import Brdf
 from nacre.errors import CUT_SHORT, FormatError
 from nacre.io.files import check_json, check_regular, check_size, opened
 from nacre.io.format import Format
+from nacre.io.names import chosen
 from nacre.runtime.progress import Progress
 from nacre.standard.files import gltf_material
 from nacre.standard.files.facts import FACTS
@@ -116,12 +117,25 @@ def save(brdf: Brdf, path: Path, progress: Progress | None = None) -> None:
 
 
 def load(path: Path, material: str | None = None) -> Gltf:
-    """Read a material by name, or the first, from any tool's `.glb` or `.gltf`.
+    """Read a material by its name or its number from any tool's `.glb` or `.gltf`.
 
     Textures, meshes and buffers that the file refers to are not read. Raises FormatError if the
-    file is absent or damaged, has no such material, or one that the model cannot hold: with
-    textures, transparency, emission, or other extensions.
+    file is absent or damaged, has no such material or several of which none is chosen, or one that
+    the model cannot hold: with textures, transparency, emission, or other extensions.
     """
+    found = _materials(path)
+    names = [_name(each) for each in found]
+    place = chosen(path, names, material)
+    try:
+        check_json(found[place])
+        return gltf_material.from_json(found[place], names[place], _facts(found[place]))
+    except (FormatError, ValueError) as error:
+        raise FormatError(
+            f"{path}: material {names[place][:40] or place + 1!r}: {error}"
+        ) from error
+
+
+def _materials(path: Path) -> list[Any]:
     text = _text(path)
     try:
         content = json.loads(text.decode("utf-8"))
@@ -130,16 +144,7 @@ def load(path: Path, material: str | None = None) -> Gltf:
     found = content.get("materials") if isinstance(content, dict) else None
     if not isinstance(found, list) or not found:
         raise FormatError(f"{path}: has no materials")
-    names = [_name(each) for each in found]
-    if material is not None and material not in names:
-        known = ", ".join(filter(None, names))[:300]
-        raise FormatError(f"{path}: has no material {material!r}; it has {known or 'no names'}")
-    place = 0 if material is None else names.index(material)
-    try:
-        check_json(found[place])
-        return gltf_material.from_json(found[place], names[place], _facts(found[place]))
-    except (FormatError, ValueError) as error:
-        raise FormatError(f"{path}: material {names[place][:40] or place!r}: {error}") from error
+    return found
 
 
 def _name(material: Any) -> str:
@@ -185,5 +190,12 @@ def _recognize(head: bytes) -> bool:
 
 
 FORMAT = Format(
-    "glTF", (".glb", ".gltf"), _recognize, load, save, several=True, model="gltf", measured=False
+    "glTF",
+    (".glb", ".gltf"),
+    _recognize,
+    load,
+    save,
+    materials=lambda path: [_name(each) for each in _materials(path)],
+    model="gltf",
+    measured=False,
 )
