@@ -30,7 +30,7 @@ def refused(path: Path, problem: str) -> None:
 def test_a_file_of_somebody_else_stays(tmp_path: Path):
     path = tmp_path / "satin.bsdf"
     path.write_text("measured for days")
-    refused(path, "was not written by nacre")
+    refused(path, "nothing in it says that nacre wrote it")
     with overwrite(False), pytest.raises(FormatError):
         write(path, "new")
     with overwrite():

@@ -112,7 +112,7 @@ def _problem(path: Path, status: os.stat_result) -> str:
     with suppress(OSError):
         mark = read_mark(path)
     if mark is None and can_be_marked(path):
-        return "exists and was not written by nacre"
+        return "exists, and nothing in it says that nacre wrote it"
     if mark is None:
         return f"exists, and {path.suffix} files do not say who wrote them"
     if not mark.whole:

@@ -68,7 +68,7 @@ def command(
     Every method is tried on every material of the split, for bytes, errors of pictures, times,
     noise, reciprocity and energy. The results file has one line of JSON for each pair, with
     versions, machine and the command that repeats it. Lines are only added, and a stopped run
-    resumes. Other packages can add methods: see docs/guide/benchmark.md.
+    resumes. Other packages can add methods: see lab/docs/benchmark.md.
     """
     if show:
         _print_tables(show)
