@@ -12,7 +12,7 @@ from typing import Any, cast
 
 from nacre.brdf import Brdf
 from nacre.btf import Btf
-from nacre.errors import FormatError
+from nacre.errors import FormatError, in_words
 from nacre.included import resolve
 from nacre.io import content
 from nacre.io.disguise import disguise, missing, zeros
@@ -55,7 +55,7 @@ _SIGNATURES = {
     ),
     "photographs": Signature(
         "nacre.measured.textures.photographs:FORMAT", (".csv",),
-        rb'(?i)(\A(\xef\xbb\xbf)?|[\n\r,;\t])[ "]*file[ "]*([,;\t\n\r]|\Z)', "btf",
+        rb'(?i)(\A|[\n\r,;\t])[ "]*file[ "]*([,;\t\n\r]|\Z)', "btf",
         writes=False, folders=True,
     ),
     "RGL": Signature("nacre.measured.rgl:FORMAT", (".bsdf",), rb"\Atensor_file\0"),
@@ -82,8 +82,7 @@ _SIGNATURES = {
     ),
     "comma-separated samples": Signature(
         "nacre.measured.comma_separated:FORMAT", (".csv",),
-        # Behind zeros, as in UTF-16.
-        rb"(?i)\A(?!tensor_file).*t\0*h\0*e\0*t\0*a\0*_|\A[\xef\xbb\xbf\xff\xfe\0\s]*a\0*s\0*t\0*m",
+        rb"(?i)\A(?!tensor_file).*theta_|\A\s*astm",
         by_ending=True,
     ),
     "ASTM E1392 samples": Signature(
@@ -91,8 +90,7 @@ _SIGNATURES = {
     ),
     "MDL": Signature("nacre.measured.mbsdf:FORMAT", (".mbsdf",), rb"\ANVIDIA ARC MBSDF V1\n"),
     "Cornell scan": Signature(
-        "nacre.measured.cornell:FORMAT", (".brdf",), rb"\A#.*(wls|theta i)", writes=False,
-        by_ending=True,
+        "nacre.measured.cornell:FORMAT", (".brdf",), rb"\A#.*(Cornell|wls)", writes=False,
     ),
     "Radiance BSDF": Signature("nacre.measured.radiance:FORMAT", (".xml",), rb"<WindowElement"),
     "UTIA": Signature("nacre.measured.utia:FORMAT", (".bin",), None),
@@ -140,23 +138,23 @@ def _possible(test: Callable[[Signature], bool]) -> list[Format]:
     return [entry for _, entry in FORMATS.members(names)]
 
 
-def identify(path: PathLike) -> Format:
+def identify(path: PathLike, *, by_ending: bool = True) -> Format:
     """The format of what lies at a path: a file, a folder of images, or the name of a material that
     comes with nacre.
 
     The first bytes decide; the file name decides only between formats that both recognize them, and
     for formats that start with nothing to recognize. A packed file has the format of what is in it
-    (:mod:`nacre.io.packed`). Raises FormatError if there is nothing, or nothing of a known format;
-    a file that is no data is named (:mod:`nacre.io.disguise`).
+    (:mod:`nacre.io.packed`). Unless `by_ending`, text that only its ending makes a table of samples
+    is of no known format: a user who names it means one, a folder may hold anything.
+
+    Raises FormatError if there is nothing, or nothing of a known format; a file that is no data is
+    named (:mod:`nacre.io.disguise`).
     """
-    return _identify(resolve(path), {})
-
-
-def _identify(path: Path, options: dict[str, Any]) -> Format:
+    path = resolve(path)
     if path.is_dir():
-        return _of_folder(path, options)
+        return _of_folder(path, {})
     with _content(path) as (file, head):
-        return _of_file(file, head)
+        return _of_file(file, head, by_ending=by_ending)
 
 
 @contextmanager
@@ -179,7 +177,7 @@ def _all_endings() -> set[str]:
 def _is_material(path: Path) -> bool:
     """Whether one file among others holds a material; does not raise."""
     with suppress(FormatError):
-        entry = _of_file(path, recognized_head(path))
+        entry = _of_file(path, recognized_head(path), by_ending=False)
         alone = entry.claims_folder is None  # a list of photographs needs these
         return alone and (entry.claims is None or entry.claims(path))
     return False
@@ -201,7 +199,7 @@ def _of_folder(path: Path, options: dict[str, Any]) -> Format:
     )
 
 
-def _of_file(path: Path, head: bytes) -> Format:
+def _of_file(path: Path, head: bytes, *, by_ending: bool = True) -> Format:
     suffix = path.suffix.lower()
     if problem := _disguise(path, head):
         raise FormatError(f"{path}: {problem}")
@@ -216,10 +214,11 @@ def _of_file(path: Path, head: bytes) -> Format:
         if other := _other(head):
             raise FormatError(f"{path}: holds no material: it is {other}")
         known = _possible(
-            lambda s: s.by_ending and suffix in s.extensions and content.is_text(head)
+            lambda s: by_ending and s.by_ending and suffix in s.extensions and content.is_text(head)
         )
     if not known:
-        raise FormatError(f"{path}: is {content.looks_like(head)}{_nearest(suffix, head)}")
+        what = f"is of no known format: it is {content.looks_like(head)}"
+        raise FormatError(f"{path}: {what}; {_nearest(suffix, head)}")
     return next((entry for entry in known if suffix in entry.extensions), known[0])
 
 
@@ -230,9 +229,8 @@ def _nearest(suffix: str, head: bytes) -> str:
     alike += [n for n in content.formats_like(head) if n not in alike]
     nearest = [f"{name} ({_SIGNATURES[name].extensions[0]})" for name in alike[:2]]
     if not nearest:
-        return "; the page on formats (docs/reference/formats.md) lists those that are read"
-    what = f"{'neither' if len(nearest) > 1 else 'not'} {' nor '.join(nearest)}"
-    return f", {what}, the nearest of the formats that are read"
+        return "docs/reference/formats.md lists those that are read"
+    return f"the nearest {'are' if len(nearest) > 1 else 'is'} {in_words(nearest)}"
 
 
 def _disguise(path: Path, head: bytes) -> str:

@@ -1,4 +1,7 @@
-"""What the content of a file looks like, for a message about one of no known format."""
+"""What the content of a file looks like, for a message about one of no known format.
+
+First bytes are those of :func:`nacre.io.head.recognized_head`.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,6 @@ import re
 
 _TEXT = re.compile(rb"[\t\n\f\r\x20-\x7e\x80-\xff]*")
 _NUMBERS = re.compile(r"[-+\d.,;eE\s]*\d[-+\d.,;eE\s]*")
-_MARKS = b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff"
 _KINDS = {
     "xml": ("Radiance BSDF", "MaterialX"),
     "json": ("OpenMATERIAL 3D", "glTF"),
@@ -19,8 +21,8 @@ _KINDS = {
 
 
 def is_text(head: bytes) -> bool:
-    """Whether the first bytes of a file are text, in UTF-8, UTF-16 or one byte a character."""
-    return head.startswith(_MARKS) or _TEXT.fullmatch(head) is not None
+    """Whether the first bytes of a file are text, in UTF-8 or one byte a character."""
+    return _TEXT.fullmatch(head) is not None
 
 
 def looks_like(head: bytes) -> str:
@@ -64,6 +66,4 @@ def _kind(head: bytes) -> str:
 
 
 def _text(head: bytes) -> str:
-    wide = head.startswith(_MARKS[1:])
-    text = head.decode("utf-16" if wide else "utf-8", "replace")
-    return text.lstrip("\ufeff \t\r\n")
+    return head.decode("utf-8", "replace").lstrip()

@@ -10,23 +10,36 @@ from nacre.io.format import HEAD
 
 _COMMENTS = re.compile(rb"[\xef\xbb\xbf\xff\xfe]*+(?>[\s\0]*+#[^\r\n]*+)++[\s\0]*+")
 _OTHER = (b"#?RADIANCE", b"#usda")  # first words of formats, not comments
+_MARKS = {b"\xef\xbb\xbf": "utf-8", b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 _FIRST, _MOST = 1 << 14, 1 << 24  # bytes that are searched for the end of comments
 
 
 def recognized_head(path: PathLike) -> bytes:
     """The first :data:`HEAD` bytes of a file, which decide on its format.
 
-    Where they begin a comment, the first bytes behind it follow: tools write pages of lines with a
-    `#` before the first word that tells. Raises FormatError as :func:`nacre.io.files.read_head`.
+    Where they begin a comment, the bytes around its end follow: tools write pages of lines with a
+    `#` before the first word that tells. Text comes as UTF-8 without a byte order mark, as far as
+    its own mark says what it is. Raises FormatError as :func:`nacre.io.files.read_head`.
     """
     head = read_head(path)
-    if head.startswith(_OTHER) or not _COMMENTS.match(head):
-        return head
-    return head + b"\n" + _behind_comments(Path(path))
+    if not head.startswith(_OTHER) and _COMMENTS.match(head):
+        behind = _end_of_comments(Path(path))
+        return _unmarked(head) + b"\n#" + _unmarked(head[: len(_mark(head))] + behind)
+    return _unmarked(head)
 
 
-def _behind_comments(path: Path) -> bytes:
-    """Up to :data:`HEAD` bytes from the first line that is neither empty nor a comment."""
+def _mark(head: bytes) -> bytes:
+    return next((mark for mark in _MARKS if head.startswith(mark)), b"")
+
+
+def _unmarked(head: bytes) -> bytes:
+    if mark := _mark(head):
+        return head[len(mark) :].decode(_MARKS[mark], "ignore").encode()
+    return head
+
+
+def _end_of_comments(path: Path) -> bytes:
+    """Up to :data:`HEAD` bytes before and behind the first line that is no comment nor empty."""
     with opened(path) as file:
         data, wanted = b"", _FIRST
         while len(data) < wanted <= _MOST:
@@ -36,4 +49,5 @@ def _behind_comments(path: Path) -> bytes:
             if end + HEAD <= len(data):
                 break
             wanted = 2 * wanted if len(data) == wanted else 0
-        return data[end : end + HEAD]
+        start = max(end - HEAD, HEAD)
+        return data[start - start % 2 : end + HEAD]

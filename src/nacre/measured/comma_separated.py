@@ -184,8 +184,7 @@ def _flag(path: PathLike, header: dict[str, str], key: str) -> bool:
 
 
 def _recognize(head: bytes) -> bool:
-    # Without zero bytes UTF-16 reads the same: it should be refused for what it is.
-    text = head.replace(b"\0", b"").lstrip(b"\xef\xbb\xbf\xff\xfe").lstrip().lower()
+    text = head.lstrip().lower()
     if text.startswith(b"tensor_file"):  # has fields of such names
         return False
     return b"theta_" in text or text.startswith(b"astm")

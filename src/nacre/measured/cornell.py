@@ -8,12 +8,10 @@ direction is `wi`, the scattered one `wo`.
 
 from __future__ import annotations
 
-import io
 import itertools
 import math
-import re
 from array import array
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -21,8 +19,9 @@ import numpy.typing as npt
 
 from nacre.errors import CUT_SHORT, FormatError, reason
 from nacre.geometry import from_spherical, join
-from nacre.io.files import PathLike, read_bytes
+from nacre.io.files import PathLike
 from nacre.io.format import Format
+from nacre.io.text_file import parse_number, read_lines
 from nacre.measured.deduplication import from_measurement
 from nacre.measured.scattered import ScatteredBrdf
 
@@ -38,21 +37,18 @@ def load(path: PathLike) -> ScatteredBrdf:
     Spectra become linear Rec. 709 RGB through :func:`nacre.measured.spectra.to_rgb` and stay
     available as `spectra` and `wavelengths`. The material is taken to be isotropic and mirrored.
     """
-    data = read_bytes(path, _SIZE_LIMIT)
-    if not data.isascii():
-        raise FormatError(f"{path}: is not ASCII text, not a Cornell scan")
-    if not data.endswith(b"\n"):
-        raise FormatError(f"{path}: the last line does not end; {CUT_SHORT}")
     try:
-        numbers = _numbers(_lines(data))
+        numbers, whole = _numbers(_lines(path))
     except ValueError as error:
         raise FormatError(f"{path}: {reason(error)[:80]}, expected numbers") from error
+    if not whole:
+        raise FormatError(f"{path}: the last line does not end; {CUT_SHORT}")
     if not (np.abs(numbers) <= np.finfo(np.float32).max).all():  # also false for NaN
         raise FormatError(f"{path}: values: some are not finite")
     wavelengths, rows = _tables(path, numbers)
     wi, wo = (join(from_spherical(rows[:, k], rows[:, k + 1])).astype(np.float64) for k in (0, 2))
     spectra = rows[:, _ANGLES:]
-    title, remarks = _title(_lines(data))
+    title, remarks = _title(_lines(path))
     return from_measurement(
         wi,
         wo,
@@ -65,17 +61,20 @@ def load(path: PathLike) -> ScatteredBrdf:
     )
 
 
-def _lines(data: bytes) -> Iterable[str]:
-    """Lines of a text, one at a time: a list of them could take many times its memory."""
-    return io.TextIOWrapper(io.BytesIO(data), encoding="ascii")
+def _lines(path: PathLike) -> Iterator[str]:
+    return (line for _, line in read_lines(path, _SIZE_LIMIT))
 
 
-def _numbers(lines: Iterable[str]) -> npt.NDArray[np.float64]:
-    """All numbers outside comments; the first word that is not one raises a ValueError."""
+def _numbers(lines: Iterable[str]) -> tuple[npt.NDArray[np.float64], bool]:
+    """All numbers outside comments, and whether the last line ends; the first word that is not a
+    number raises a ValueError.
+    """
     values = array("d")
+    line = "\n"
     for line in lines:
-        values.extend(float(word[0]) for word in re.finditer(r"\S+", line.partition("#")[0]))
-    return np.frombuffer(values) if values else np.empty(0)
+        values.extend(map(parse_number, line.partition("#")[0].split()))
+    numbers = np.frombuffer(values) if values else np.empty(0)
+    return numbers, line.endswith("\n")
 
 
 def _tables(
@@ -118,7 +117,9 @@ def _title(lines: Iterable[str]) -> tuple[str, str]:
 
 
 def _recognize(head: bytes) -> bool:
-    return head.startswith(b"#") and (b"wls" in head or b"theta i" in head)
+    return head.startswith(b"#") and any(
+        word in head for word in (b"Cornell", b"# wls", b"num wls")
+    )
 
 
 FORMAT = Format("Cornell scan", (".brdf",), _recognize, load)

@@ -73,7 +73,7 @@ def _is_relief(path: Path) -> bool:
 def _is_known(path: Path) -> bool:
     """Whether a file holds a material, or should: then reading it says what is wrong."""
     try:
-        identify(path)
+        identify(path, by_ending=False)
     except FormatError:
         return is_measured(path)
     return True
