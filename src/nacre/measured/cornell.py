@@ -39,6 +39,8 @@ def load(path: PathLike) -> ScatteredBrdf:
     """
     try:
         numbers, whole = _numbers(_lines(path))
+    except FormatError:
+        raise
     except ValueError as error:
         raise FormatError(f"{path}: {reason(error)[:80]}, expected numbers") from error
     if not whole:
