@@ -73,6 +73,22 @@ def test_a_network_of_a_sphere(capsys, here):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("quick")
+def test_python_estimates_what_the_command_does(capsys, here):
+    run_json(capsys, "estimate", "photo.exr", *SPHERE, "-o", "paint.safetensors")
+    light, photo = "sky.exr", _read("photo.exr")
+    for pictures in ("photo.exr", [photo]):
+        found = nacre.estimate(pictures, geometry="sphere", environment=light)
+        written = nacre.load("paint.safetensors")
+        assert all(
+            np.array_equal(a, b)
+            for mine, other in zip(found.layers, written.layers, strict=True)
+            for a, b in zip(mine, other, strict=True)
+        )
+        assert len(plausible(found)) == COUNT
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("quick")
 def test_a_code_of_two_pictures_of_a_sphere(capsys, here):
     write_image(1.3 * _read("photo.exr"), "bright.exr")
     extra = "--camera", "exposure", "-o", "paint.json"
