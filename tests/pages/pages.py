@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from tests.data import data_folder
 
@@ -32,12 +32,25 @@ def extras(page: Path) -> list[str]:
     )
 
 
+def required() -> list[str]:
+    """nacre, and what comes with it without an extra."""
+    return ["nacre-materials", *_names(_project()["dependencies"])]
+
+
 def distributions(page: Path) -> list[str]:
     """What the extras of a page, and the packages that it says to install, bring everywhere."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    lines = [line for name in extras(page) for line in project["optional-dependencies"][name]]
-    named = re.findall(r"^pip install (\w[\w-]*)", page.read_text("utf-8"), re.M)
-    return [*named, *(re.split(r"[^\w-]", line)[0] for line in lines if ";" not in line)]
+    lines = [line for name in extras(page) for line in _project()["optional-dependencies"][name]]
+    words = " ".join(page.read_text("utf-8").split())
+    return [*re.findall(r"(?:^|[` ])pip install (\w[\w-]*)", words), *_names(lines)]
+
+
+def _project() -> dict[str, Any]:
+    found: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    return found
+
+
+def _names(requirements: list[str]) -> list[str]:
+    return [re.split(r"[^\w-]", line)[0] for line in requirements if ";" not in line]
 
 
 def downloads(page: Path) -> list[str]:

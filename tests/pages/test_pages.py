@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import ast
 import importlib.metadata
 import subprocess
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from tests.data import require_data
-from tests.pages.pages import PAGES, distributions, downloads, type_page
+from tests.pages.pages import PAGES, distributions, downloads, required, type_page
 from tests.pages.typed import Block, TypingError, Typist, blocks, shell_lines, shows
 from tests.tiers import tiered
 
@@ -39,6 +42,25 @@ def test_lines_run_as_typed(page: Path) -> None:
         require_data("rgl", name)
     done = type_page(page, output=subprocess.PIPE)
     assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize("page", PAGES, ids=names)
+def test_what_lines_import_comes_with_what_the_page_installs(page: Path) -> None:
+    """A test's own environment has more than a reader's."""
+    code = [block.text for block in blocks(page.read_text("utf-8")) if block.language == "python"]
+    imported = {name for text in code for name in _imports(text)} - sys.stdlib_module_names
+    known = importlib.metadata.packages_distributions()
+    brought = {name.lower() for name in [*required(), *distributions(page)]}
+    missing = [n for n in imported if n in known and not {d.lower() for d in known[n]} & brought]
+    assert not missing
+
+
+def _imports(code: str) -> Iterator[str]:
+    for node in ast.walk(ast.parse(code)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.split(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module.split(".")[0]
 
 
 def test_few_blocks_are_left_out() -> None:
