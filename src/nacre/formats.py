@@ -72,6 +72,10 @@ _SIGNATURES = {
     "Speos BSDF": Signature(
         "nacre.measured.speos:FORMAT", (".brdf",), rb"\AOPTIS - brdf surface file"
     ),
+    "Speos anisotropic BSDF": Signature(
+        "nacre.measured.speos_anisotropic:FORMAT", (".anisotropicbsdf",),
+        rb"(?i)\AOPTIS - anisotropic bsdf surface file",
+    ),
     "OpenMATERIAL 3D": Signature("nacre.measured.openmaterial:FORMAT", (".xompt",), None),
     "MaterialX": Signature(
         "nacre.standard.files.materialx:FORMAT", (".mtlx",), rb"<materialx", measured=False

@@ -19,6 +19,7 @@ from nacre.measured.spectra import rgb_weights
 _STEEPEST = 85.0
 _HORIZON = math.radians(89.9)
 _BAND_LIMIT = 40
+ROTATIONS = np.arange(0.0, 361.0, 30.0)  # degrees, of an anisotropic sample under its light
 BANDS = np.arange(400.0, 701.0, 20.0)  # wavelengths in nm of the spectra that colors become
 
 
@@ -103,6 +104,19 @@ def reflected(values: Floats, polars: Floats, azimuths: Floats) -> Floats:
     Values are f_r in 1/sr, shape (polars, azimuths, ...), at nodes in degrees.
     """
     theta, phi = np.radians(polars), np.radians(azimuths)
-    around = np.trapezoid(values, phi, axis=1)
+    half = 2.0 if 0.0 < azimuths[-1] <= 180.1 else 1.0  # both sides of the plane of incidence
+    around = (
+        half * np.trapezoid(values, phi, axis=1) if len(phi) > 1 else 2.0 * np.pi * values[:, 0]
+    )
     weight = (np.sin(theta) * np.cos(theta)).reshape(-1, *[1] * (around.ndim - 1))
     return np.asarray(np.trapezoid(around * weight, theta, axis=0))
+
+
+def scaled_note(factors: Floats, to: str, tool: str) -> list[str]:
+    """What to say about factors that tables were multiplied by; nothing if all are 1 to 1 %."""
+    low, high = float(np.min(factors)), float(np.max(factors))
+    if low >= 0.99 and high <= 1.01:
+        return []
+    by = f"{low:.3g}" if high <= 1.01 * low else f"{low:.3g} to {high:.3g}"
+    keep = "--as-stored keeps the values as they are"
+    return [f"Tables are multiplied by {by} to match {to}, as {tool} does; {keep}."]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable
 
 import numpy as np
@@ -20,16 +21,25 @@ class Words:
 
     def __init__(self, path: PathLike, lines: Iterable[tuple[int, str]]) -> None:
         self._path = path
-        self._words = ((number, word) for number, line in lines for word in line.split())
+        self._lines = iter(lines)
+        self._line: list[tuple[int, str]] = []
 
     def error(self, problem: str) -> FormatError:
         return FormatError(f"{self._path}: {problem}")
 
     def take(self, expected: str) -> tuple[int, str]:
         """The next word, and the number of its line."""
-        for found in self._words:
-            return found
-        raise self.error(f"ends before {expected}; {CUT_SHORT}")
+        while not self._line:
+            number, line = next(self._lines, (0, ""))
+            if number == 0:
+                raise self.error(f"ends before {expected}; {CUT_SHORT}")
+            self._line = [(number, word) for word in reversed(line.split())]
+        return self._line.pop()
+
+    def skip_line(self) -> None:
+        """Leave out the rest of this line, and the next one whatever is in it."""
+        self._line = []
+        next(self._lines, None)
 
     def expect(self, expected: str) -> None:
         """Take a word that must be there, in any case."""
@@ -65,6 +75,7 @@ class Words:
 
     def end(self, *allowed: str) -> None:
         """Refuse words after the last table, but for some."""
-        for line, word in self._words:
+        rest = ((number, word) for number, text in self._lines for word in text.split())
+        for line, word in itertools.chain(reversed(self._line), rest):
             if word.lower() not in allowed:
                 raise self.error(f"line {line}: {word[:40]!r} after the last table")
