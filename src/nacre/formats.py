@@ -58,6 +58,9 @@ _SIGNATURES = {
         rb'(?i)(\A|[\n\r,;\t])[ "]*file[ "]*([,;\t\n\r]|\Z)', "btf",
         writes=False, folders=True,
     ),
+    "polarized BRDF": Signature(
+        "nacre.measured.polarized:FORMAT", (".pbsdf",), rb"\Atensor_file\0.*phi_d", writes=False
+    ),
     "RGL": Signature("nacre.measured.rgl:FORMAT", (".bsdf",), rb"\Atensor_file\0"),
     "MERL": Signature("nacre.measured.merl:FORMAT", (".binary",), rb"\A(..\0\0){3}"),
     "MERL array (.npz)": Signature(

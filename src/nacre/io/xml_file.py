@@ -10,17 +10,22 @@ from nacre.io.files import PathLike, read_bytes
 
 DEPTH_LIMIT = 64  # most elements within each other
 _ELEMENT_LIMIT = 1 << 16
+_WIDE = b"\xff\xfe", b"\xfe\xff"  # marks of UTF-16
 
 
 def read_xml(path: PathLike, size_limit: int) -> Element:
     """The root of a file of at most `size_limit` bytes.
 
-    Names with a prefix keep it. There are at most 65,536 elements, so that a large file is text.
+    What stands before the first `<` is skipped. Names with a prefix keep it. There are at most
+    65,536 elements, so that a large file is text.
+
     Raises FormatError if the file cannot be read, is not whole XML, is too deep, has too many
     elements, or declares a document type, which is how entities that expand to gigabytes or to
     other files come in.
     """
     data = read_bytes(path, size_limit)
+    if not data.startswith(_WIDE):  # tools leave lines of their own before it
+        data = data[max(data.find(b"<"), 0) :]
     builder, depth, count = TreeBuilder(), 0, 0
     parser = expat.ParserCreate()
     parser.buffer_text = True

@@ -1,4 +1,6 @@
-"""Radiance's BSDF files: tensor trees in the XML of LBNL's WINDOW 6.
+"""Radiance's BSDF files, the XML of LBNL's WINDOW 6: tensor trees and matrices.
+
+Matrices are those of :mod:`nacre.measured.klems`.
 
 A tree over the sine of the incident direction's polar angle and the place of the other in the disk
 of projected directions (isotropic, TensorTree3), or over both places (TensorTree4). Values are f_r
@@ -19,15 +21,17 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from nacre.array import Array, Components, namespace
+from nacre.array import Array, Components, Floats, namespace
 from nacre.brdf import Brdf
 from nacre.color import RADIANCE_PRIMARIES, rgb_to_xyz_matrix
-from nacre.errors import FormatError, printable
+from nacre.errors import FormatError, in_words, printable, reason
 from nacre.geometry import azimuth
 from nacre.io.files import PathLike, first_bytes, write_encoded
 from nacre.io.format import Format
+from nacre.io.text_file import parse_number
 from nacre.io.xml_file import read_xml
 from nacre.measured import tensor_tree
+from nacre.measured.klems import BASES, Basis, KlemsBrdf
 from nacre.measured.radiance_writer import (
     SIDE,
     SIDE_ANISOTROPIC,
@@ -39,6 +43,7 @@ from nacre.measured.tensor_tree import TensorTree, disk_to_square
 from nacre.sampling import LobeSampledBrdf, check_isotropic
 
 _RANKS = {"tensortree3": 3, "tensortree4": 4}
+_MATRICES = "columns", "rows"
 _FROM_XYZ = np.linalg.inv(rgb_to_xyz_matrix(RADIANCE_PRIMARIES))
 _LARGEST = 1e35  # luminance whose color is finite
 _SIZE_LIMIT = 1 << 28
@@ -101,48 +106,42 @@ def _point(wi: Components, wo: Components) -> tuple[Array, ...]:
     return 0.5 - 0.5 * radius, *disk_to_square(-x, -y)
 
 
-def load(path: PathLike) -> RadianceBrdf:
-    """Read the reflection in a Radiance ``.xml`` file, on its front side if there is one.
+def load(path: PathLike) -> RadianceBrdf | KlemsBrdf:
+    """Read the reflection in an ``.xml`` file, on Radiance's front side if there is one.
 
-    A FormatError says that the file cannot be read, is no tensor tree, or holds no reflection.
+    Notes name everything else that the file holds. A FormatError says that the file cannot be read,
+    is neither a tensor tree nor a matrix, or holds no reflection of visible light.
     """
     root = read_xml(path, _SIZE_LIMIT)
-    layer = root.find("Optical/Layer") if root.tag == "WindowElement" else None
-    if layer is None:
+    layers = root.findall("Optical/Layer") if root.tag == "WindowElement" else []
+    if not layers:
         raise FormatError(f"{path}: has no layer of WINDOW 6")
-    structure = _text(layer, "DataDefinition/IncidentDataStructure")
-    rank = _RANKS.get(structure.lower())
-    if rank is None:
+    layer = layers[0]
+    structure = _text(layer, "DataDefinition/IncidentDataStructure").lower()
+    if structure not in (*_RANKS, *_MATRICES):
         held = structure[:40] or "none"
-        problem = "only tensor trees are read, TensorTree3 and TensorTree4"
+        problem = f"expected {', '.join([*_RANKS, *_MATRICES])}"
         raise FormatError(f"{path}: IncidentDataStructure: {held!r}; {problem}")
-    blocks = _side(path, layer)
-    names = ["visible", "cie-u", "cie-v"] if {"cie-u", "cie-v"} <= set(blocks) else ["visible"]
-    if "visible" not in blocks:
-        raise FormatError(f"{path}: holds no reflection of visible light")
-    trees = []
-    for name in names:
-        block = blocks[name]
-        where = f"{path}: {block.wavelength}, {block.direction}"
-        if block.basis.lower() != "lbnl/shirley-chiu":
-            raise FormatError(
-                f"{where}: AngleBasis {block.basis[:40]!r}, expected LBNL/Shirley-Chiu"
-            )
-        try:
-            trees.append(tensor_tree.parse(block.text, rank))
-        except ValueError as error:
-            raise FormatError(f"{where}: ScatteringData {error}") from error
+    every = _blocks(layer)
+    used = _used(path, every, ("cie-u", "cie-v") if structure in _RANKS else ("cie-x", "cie-z"))
     name, maker = (
         _text(layer, f"Material/{tag}")[:_NAME_LIMIT] for tag in ("Name", "Manufacturer")
     )
-    facts = {"manufacturer": maker} if maker else None
-    return RadianceBrdf(trees, name or Path(path).stem, facts)
+    name = name or Path(path).stem
+    brdf: RadianceBrdf | KlemsBrdf
+    if structure in _RANKS:
+        trees = [_tree(path, block, _RANKS[structure]) for block in used]
+        brdf = RadianceBrdf(trees, name, {"manufacturer": maker} if maker else None)
+    else:
+        brdf = _matrix(path, layer, used, name, by_rows=structure == "rows")
+    left_out = [block for block in every if block not in used]
+    return brdf.replaced(notes=_notes(used[0], left_out, len(layers)))
 
 
 class _Block(NamedTuple):
     wavelength: str  # "Visible", "CIE-u" and so on
     direction: str  # "Reflection Back" and so on
-    basis: str
+    bases: tuple[str, str]  # of columns and of rows; for a tree its basis twice
     text: str
 
 
@@ -150,20 +149,129 @@ def _text(element: Element, place: str) -> str:
     return (element.findtext(place) or "").strip()
 
 
-def _side(path: PathLike, layer: Element) -> dict[str, _Block]:
-    """Tables of one side by what they hold; the front in Radiance is the back in WINDOW 6."""
-    tags = "WavelengthDataDirection", "AngleBasis", "ScatteringData"
-    blocks = [
-        _Block(_text(data, "Wavelength"), *(_text(block, tag) for tag in tags))
-        for data in layer.iterfind("WavelengthData")
-        for block in data.iterfind("WavelengthDataBlock")
-    ]
+def _blocks(layer: Element) -> list[_Block]:
+    found = []
+    for data in layer.iterfind("WavelengthData"):
+        for block in data.iterfind("WavelengthDataBlock"):
+            bases = [
+                _text(block, f"{axis}AngleBasis") or _text(block, "AngleBasis")
+                for axis in ("Column", "Row")
+            ]
+            direction, text = (
+                _text(block, t) for t in ("WavelengthDataDirection", "ScatteringData")
+            )
+            found.append(_Block(_text(data, "Wavelength"), direction, (bases[0], bases[1]), text))
+    return found
+
+
+def _used(path: PathLike, blocks: list[_Block], colors: tuple[str, str]) -> list[_Block]:
+    """The blocks of one side that make the reflectance: visible light, and two of its color if
+    there are any. The front in Radiance is the back in WINDOW 6.
+    """
     for side in ("reflection back", "reflection front"):
         found = {b.wavelength.lower(): b for b in blocks if b.direction.lower() == side}
         if found:
-            return found
-    held = ", ".join(sorted({b.direction for b in blocks}))[:80] or "nothing"
-    raise FormatError(f"{path}: holds no reflection, but {held}")
+            break
+    else:
+        held = ", ".join(sorted({b.direction for b in blocks}))[:80] or "nothing"
+        raise FormatError(f"{path}: holds no reflection, but {held}")
+    visible = found.get("visible") or found.get("cie-y")
+    if visible is None:
+        held = ", ".join(found)[:80]
+        raise FormatError(f"{path}: holds no reflection of visible light, but of {held}")
+    return [visible, *(found[c] for c in colors)] if set(colors) <= set(found) else [visible]
+
+
+def _notes(used: _Block, left_out: list[_Block], layers: int) -> tuple[str, ...]:
+    """Which side was read, and everything else that a file holds."""
+    notes = []
+    sides: dict[str, list[str]] = {}
+    for block in left_out:
+        sides.setdefault(block.direction[:40], []).append(block.wavelength[:40])
+    if sides:
+        listed = [f"{side} ({', '.join(dict.fromkeys(names))})" for side, names in sides.items()]
+        what = f"{used.direction} ({used.wavelength}) is read"
+        notes.append(f"{what}; the file also holds {in_words(listed)}, which is left out.")
+    if layers > 1:
+        notes.append(f"The first of {layers} layers is read.")
+    return tuple(printable(note) for note in notes)
+
+
+def _tree(path: PathLike, block: _Block, rank: int) -> TensorTree:
+    where = f"{path}: {block.wavelength}, {block.direction}"
+    if block.bases[0].lower() != "lbnl/shirley-chiu":
+        held = block.bases[0][:40]
+        raise FormatError(f"{where}: AngleBasis {held!r}, expected LBNL/Shirley-Chiu")
+    try:
+        return tensor_tree.parse(block.text, rank)
+    except ValueError as error:
+        raise FormatError(f"{where}: ScatteringData {error}") from error
+
+
+def _matrix(
+    path: PathLike, layer: Element, blocks: list[_Block], name: str, *, by_rows: bool
+) -> KlemsBrdf:
+    """A matrix whose columns are incident directions, or its rows if `by_rows`."""
+    defined = _bases(path, layer)
+    columns, rows = (_basis(path, blocks[0].bases[axis], defined) for axis in (0, 1))
+    tables = []
+    for block in blocks:
+        where = f"{path}: {block.wavelength}, {block.direction}"
+        if block.bases != blocks[0].bases:
+            raise FormatError(f"{where}: has other bases than {blocks[0].wavelength}")
+        tables.append(_numbers(where, block.text, rows.patches, columns.patches))
+    y = tables[0]
+    rgb = (
+        np.stack([tables[1], y, tables[2]], axis=-1) @ _FROM_XYZ.T
+        if len(tables) == 3
+        else np.repeat(y[..., None], 3, axis=-1)
+    )
+    if by_rows:
+        return KlemsBrdf(rgb.swapaxes(0, 1), rows, columns, name)
+    return KlemsBrdf(rgb, columns, rows, name)
+
+
+def _numbers(where: str, text: str, rows: int, columns: int) -> Floats:
+    """The values of a matrix, parted by commas or blanks."""
+    words = text.replace(",", " ").split(None, rows * columns)
+    if len(words) != rows * columns:
+        count = f"{len(words) if len(words) < rows * columns else 'more'} of {rows * columns}"
+        raise FormatError(f"{where}: ScatteringData: {count} values ({rows} x {columns} patches)")
+    try:
+        values = np.fromiter(map(parse_number, words), float, len(words))
+    except ValueError as error:
+        raise FormatError(f"{where}: ScatteringData: {str(error)[:40]!r} is no number") from error
+    if not np.abs(values).max() <= _LARGEST:
+        raise FormatError(f"{where}: ScatteringData: a value is too large")
+    return values.reshape(rows, columns)
+
+
+def _bases(path: PathLike, layer: Element) -> dict[str, Basis]:
+    """The bases that a file defines, by their names in lower case."""
+    found = {}
+    for element in layer.iterfind("DataDefinition/AngleBasis"):
+        name = _text(element, "AngleBasisName")
+        rings = list(element.iterfind("AngleBasisBlock"))
+        where = f"{path}: AngleBasis {name[:40]!r}"
+        try:
+            lower = [parse_number(_text(ring, "ThetaBounds/LowerTheta")) for ring in rings]
+            upper = [parse_number(_text(ring, "ThetaBounds/UpperTheta")) for ring in rings]
+            counts = [int(parse_number(_text(ring, "nPhis"))) for ring in rings]
+            if lower[1:] != upper[:-1] or not rings:
+                raise ValueError("rings must follow one another without a gap")
+            found[name.lower()] = Basis((*lower, upper[-1]), tuple(counts))
+        except (ValueError, OverflowError) as error:
+            raise FormatError(f"{where}: {reason(error)}") from error
+    return found
+
+
+def _basis(path: PathLike, name: str, defined: dict[str, Basis]) -> Basis:
+    usual = {known.lower(): basis for known, basis in BASES.items()}
+    basis = (defined | {k: v for k, v in usual.items() if k not in defined}).get(name.lower())
+    if basis is None:
+        known = ", ".join([*defined, *usual])[:160]
+        raise FormatError(f"{path}: AngleBasis {name[:40]!r} is not defined (known: {known})")
+    return basis
 
 
 def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:

@@ -78,7 +78,7 @@ def start(path: PathLike, kind: str, unnamed: str) -> tuple[Words, str]:
     a version before 7, in binary mode, or no text.
     """
     data = read_bytes(path, _SIZE_LIMIT)
-    title = data[:200].split(b"\n", 1)[0].decode("latin-1").strip()
+    title = re.split(rb"[\r\n]", data[:200])[0].decode("latin-1").strip()
     match = re.fullmatch(rf"OPTIS - {kind} v(\d+)(?:\.\d+)?", title, re.I)
     if match is None:
         raise FormatError(f"{path}: starts with {title[:60]!r}, expected 'OPTIS - {kind} v9.0'")
