@@ -5,7 +5,7 @@ from __future__ import annotations
 import abc
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, is_dataclass
 from typing import Any, ClassVar
 
@@ -193,6 +193,24 @@ class Brdf(Described):
         Raises NacreError if there are no spectra.
         """
         raise NacreError(f"{self.name or 'this material'}: is known in RGB only, not by wavelength")
+
+    def in_bands(self, bands: Sequence[float] | str) -> Brdf:
+        """A copy whose channels are other bands of its spectra.
+
+        Parameters
+        ----------
+        bands
+            One to three wavelengths in nm, each taken from the nearest band, the longest first; or
+            "color", for linear Rec. 709.
+
+        Raises
+        ------
+        NacreError
+            If there are no spectra, or the bands of this kind of reflectance cannot be chosen, or
+            none is near.
+        """
+        what = "its bands cannot be chosen" if self.wavelengths is not None else "it has none"
+        raise NacreError(f"{self.name or 'this material'}: {what}; leave them out")
 
     @property
     def nbytes(self) -> int | None:

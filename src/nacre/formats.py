@@ -12,7 +12,7 @@ from typing import Any, cast
 
 from nacre.brdf import Brdf
 from nacre.btf import Btf
-from nacre.errors import FormatError, in_words
+from nacre.errors import FormatError, NacreError, in_words
 from nacre.included import resolve
 from nacre.io import content
 from nacre.io.disguise import disguise, missing, zeros
@@ -20,6 +20,7 @@ from nacre.io.files import PathLike, first_bytes
 from nacre.io.format import Format, Kind, Signature
 from nacre.io.head import recognized_head
 from nacre.io.packed import inner_names, is_packed, unpacked
+from nacre.io.reading import told
 from nacre.io.source import Source
 from nacre.io.tensors import header_key
 from nacre.registry import Registry
@@ -295,6 +296,17 @@ def materials_in(path: PathLike) -> tuple[str, ...]:
         return () if entry.materials is None else tuple(entry.materials(file))
 
 
+def reader_options(path: PathLike) -> tuple[str, ...]:
+    """Names of the options of :func:`load` that suit a file, of `material` and `bands` too.
+
+    Raises FormatError as :func:`identify`.
+    """
+    entry = identify(path)
+    own = [name for name in inspect.signature(entry.load).parameters if name != "path"]
+    several = entry.materials is not None
+    return (*(n for n in own if several or n != "material"), *(["bands"] * (entry.kind == "brdf")))
+
+
 def is_btf(path: PathLike) -> bool:
     """Whether a file or folder is a texture rather than one material; does not raise."""
     with suppress(FormatError):
@@ -347,7 +359,8 @@ def load(path: PathLike, material: str | None = None, **options: Any) -> Brdf | 
     material
         Name of a material, or its number from 1, for files that hold several.
     options
-        Those of the format's reader: `quantity` and `directions` for photographs (see
+        `bands`, for what :meth:`nacre.Brdf.in_bands` takes; and those of the format's reader:
+        `quantity` and `directions` for photographs (see
         :func:`nacre.measured.textures.load_photographs`), `interpolation` for a MERL table. Those
         that are None count as not given.
 
@@ -378,14 +391,27 @@ def load_btf(path: PathLike, **options: Any) -> Btf:
 def _load(path: PathLike, kind: Kind | None, material: str | None, given: dict[str, Any]) -> Any:
     """What is in a file, which must be of a kind unless that is None."""
     path = resolve(path)
-    options = {name: value for name, value in given.items() if value is not None}
+    options = told(path) | {name: value for name, value in given.items() if value is not None}
+    material = options.pop("material", None) if material is None else material
+    bands = options.pop("bands", None)
     source = Source(path)
     if path.is_dir():
         loaded = _read(path, _of_folder(path, options), kind, material, options)
         return loaded.replaced(name=loaded.name or path.stem, source=source)
     with _content(path) as (file, head):
         loaded = _read(file, _of_file(file, head), kind, material, options)
+        if bands is not None:
+            loaded = _in_bands(path, loaded, bands)
         return loaded.replaced(name=loaded.name or file.stem, source=source)
+
+
+def _in_bands(path: Path, loaded: Brdf | Btf, bands: Sequence[float] | str) -> Brdf:
+    if isinstance(loaded, Btf):
+        raise FormatError(f"{path}: bands: a texture has colors only; leave it out")
+    try:
+        return loaded.in_bands(bands)
+    except NacreError as error:
+        raise FormatError(f"{path}: bands: {error}") from error
 
 
 def _read(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import nullcontext
 from importlib.util import find_spec
 from typing import Any
 
@@ -52,15 +53,25 @@ def _help_alone() -> None:
 
 
 class Command(click.Command):
-    """A command with the shared options, --force if it writes, --json if it reports, and --dry-run
-    if it can tell its plans.
+    """A command with the shared options, --force if it writes, --json if it reports, --dry-run if
+    it can tell its plans, and those of :mod:`nacre.cli.reading` if it reads materials.
     """
 
     def __init__(
-        self, *, writes: bool = False, reports: bool = False, plans: bool = False, **settings: Any
+        self,
+        *,
+        writes: bool = False,
+        reports: bool = False,
+        plans: bool = False,
+        reads: bool = False,
+        **settings: Any,
     ) -> None:
         super().__init__(**settings)
         self._works = writes or reports
+        if reads:
+            from nacre.cli.reading import options
+
+            self.params.extend(options())
         if plans:
             text = "Say what would be read and written, and how much work it is; write nothing."
             self.params.append(_flag("dry_run", "--dry-run", about=text))
@@ -89,6 +100,7 @@ class Command(click.Command):
     def invoke(self, ctx: click.Context) -> Any:
         """See click; shows progress while the command runs."""
         from nacre.cli.display import Display
+        from nacre.cli.reading import applied
         from nacre.cli.report import detail, status
         from nacre.io.outputs import overwrite, written_by
 
@@ -98,7 +110,8 @@ class Command(click.Command):
         )
         with display, overwrite(now.force), written_by(ctx.command_path):
             now.display = display
-            result = super().invoke(ctx)
+            with applied(ctx) if now.reading else nullcontext():
+                result = super().invoke(ctx)
         now.flush()
         detail(f"{ctx.command_path}: {time.monotonic() - began:.2f} s")
         return result
@@ -222,6 +235,7 @@ def command(
     writes: bool = True,
     reports: bool = True,
     plans: bool = False,
+    reads: bool = False,
 ) -> Callable[[Callable[..., Any]], Command]:
     """Make a function a :class:`Command`.
 
@@ -235,5 +249,5 @@ def command(
         else:
             assert isinstance(parameters[-1], click.Option)
             parameters[-1].help = row
-    kinds = {"writes": writes, "reports": reports, "plans": plans}
+    kinds = {"writes": writes, "reports": reports, "plans": plans, "reads": reads}
     return click.command(name, Command, params=parameters, **kinds)

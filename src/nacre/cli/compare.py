@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     "Number of random pairs of directions to compare.",
     options.seed_option(applies="btf"),
     options.pixels_option(applies="btf"),
+    reads=True,
 )
 def command(reference: Path, other: Path, output: Path | None, **chosen: Any) -> None:
     """Compare OTHER with REFERENCE: error figures, and a picture of both and their difference.

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     "convert",
     options.argument("source", metavar="INPUT"),
     options.output_option("File to write; its ending chooses the format."),
-    option("--material", applies="brdf", help="Name of the material in a file that holds several."),
     options.resolution_option(applies="brdf"),
     option(
         "--physical",
@@ -33,11 +32,11 @@ if TYPE_CHECKING:
     option("--components", IntRange(1), applies="btf", metavar="K"),
     "Components per channel in a factored file (.btf).",
     options.pixels_option(applies="btf"),
+    reads=True,
 )
 def command(
     source: Path,
     output: Path,
-    material: str | None,
     resolution: tuple[int, ...] | None,
     physical: bool,
     precision: str | None,
@@ -53,7 +52,7 @@ def command(
     photographs) becomes an archive (.npz) or a factored file (.btf).
     """
     if kind_of(source) == "brdf":
-        _reflectance(source, output, material, resolution, physical)
+        _reflectance(source, output, resolution, physical)
         return
     from nacre.cli.btf.written import report_texture
     from nacre.formats import load_btf, target
@@ -70,7 +69,6 @@ def command(
 def _reflectance(
     source: Path,
     output: Path,
-    material: str | None,
     resolution: tuple[int, ...] | None,
     physical: bool,
 ) -> None:
@@ -80,7 +78,7 @@ def _reflectance(
     checked_writer(output, resolution, physical)
     options.check_outputs([output], [source])
     line = progress(output.stem, "reading")
-    brdf = load_brdf(source, material)
+    brdf = load_brdf(source)
     line("writing", 0, 1)
     made = convert_brdf(brdf, output, resolution=resolution, physical=physical)
     facts: dict[str, Any] = {}

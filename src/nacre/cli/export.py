@@ -28,17 +28,16 @@ from nacre.io.names import stem
     option("--license terms", metavar="TEXT", shown="those of the source, if known"),
     "Terms of use to put at the beginning of the output.",
     options.basis_option(),
-    option("--material", applies="brdf", help="Name of the material in a file that holds several."),
     options.height_field_option(),
     "Gray image for parallax of an encoded texture; see nacre render.",
     options.depth_option(),
+    reads=True,
 )
 def command(
     source: Path | None,
     target: str | None,
     output: str | None,
     name: str | None,
-    material: str | None,
     basis_name: str,
     height_field: Path | None,
     depth: float | None,
@@ -67,7 +66,7 @@ def command(
         hint = did_you_mean(target, [*TARGETS, *PLACES], "nacre export --list shows them")
         raise click.BadParameter(f"--to {target}: is no known target or place{hint}")
     line = progress(source.stem, "reading")
-    loaded = _read(source, material, basis_name)
+    loaded = _read(source, basis_name)
     if terms:
         loaded = loaded.replaced(source={**(loaded.source or {}), "terms": terms})
     prefix = name or stem(source)
@@ -122,11 +121,11 @@ def _to_place(
     return paths, {"representations": [keyed(row) for row in rows]}
 
 
-def _read(source: Path, material: str | None, basis_name: str) -> Brdf | Btf:
+def _read(source: Path, basis_name: str) -> Brdf | Btf:
     from nacre.formats import load_brdf, load_btf
     from nacre.latent.file import find_basis, is_code, load_code
 
     if is_code(source):
         options.refuse(("btf",), f"{source} is a code")
         return load_code(source, find_basis(basis_name))
-    return load_btf(source) if kind_of(source) == "btf" else load_brdf(source, material)
+    return load_btf(source) if kind_of(source) == "btf" else load_brdf(source)

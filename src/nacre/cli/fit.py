@@ -90,6 +90,7 @@ from nacre.errors import FormatError
     "Delivery of measured files: by path, by content, or auto: by content to workers that lack the "
     "file.",
     plans=True,
+    reads=True,
 )
 def command(paths: tuple[Path, ...], output: str | None, **chosen: Any) -> None:
     """Fit a neural material to each INPUT: a network to a reflectance, codes to a texture.

@@ -12,6 +12,7 @@ import click
 from nacre.cli import options, plans
 from nacre.cli.display import Line
 from nacre.cli.kinds import check_pixels, expect
+from nacre.cli.reading import check_alone, chosen_material, typed
 from nacre.cli.report import (
     aside,
     fail,
@@ -81,6 +82,8 @@ def fit_reflectances(paths: Sequence[Path], output: str | None, chosen: Mapping[
 
     folders = any(path.is_dir() for path in paths)
     ending = _fitting(chosen).ending
+    if folders or chosen["scheduler"] is not None:
+        check_alone()
     if output == "-":
         if ending != ".json" or len(paths) > 1 or folders:
             raise click.BadParameter(
@@ -91,6 +94,8 @@ def fit_reflectances(paths: Sequence[Path], output: str | None, chosen: Mapping[
         _fit_folders(paths, Path(output or "."), chosen)
         return
     targets = output_paths(paths, output, ending, make_folder=not plans.is_wanted())
+    if output is None or not Path(output).suffix:
+        targets = [_with_material(*pair) for pair in zip(paths, targets, strict=True)]
     fitting = _fitting(chosen, targets[0].suffix)
     if plans.is_wanted():
         plans.tell_fits(list(zip(paths, targets, strict=True)), chosen)
@@ -103,8 +108,16 @@ def fit_reflectances(paths: Sequence[Path], output: str | None, chosen: Mapping[
         note_inputs(fitting, targets[0])
     lines = [line for file in found if file.fit.error is None for line in _lines(file)]
     if len(found) == 1 and lines and not session().folders:
-        lines.append(f"To see both: nacre compare {found[0].source} {found[0].output}")
+        lines.append(f"To see both: nacre compare {found[0].source} {found[0].output}{typed()}")
     report_parts([_facts(file) for file in found], lines)
+
+
+def _with_material(source: Path, target: Path) -> Path:
+    """The name of a fit to one of several materials in a file has that of the material, too."""
+    from nacre.targets.text import identifier
+
+    material = chosen_material(source)
+    return target.with_stem(f"{target.stem}_{identifier(material)}") if material else target
 
 
 def _lines(file: FittedFile) -> Iterator[str]:

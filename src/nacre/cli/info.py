@@ -9,6 +9,7 @@ from nacre.cli.command import command as make
 from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
 from nacre.cli.plot import check_count, name_apart
+from nacre.cli.reading import chosen_material
 from nacre.cli.report import keyed, note, print_facts, progress, report_parts, say, tell
 from nacre.cli.session import session
 from nacre.errors import FormatError, NacreError, printable
@@ -16,6 +17,18 @@ from nacre.errors import FormatError, NacreError, printable
 if TYPE_CHECKING:
     from nacre.brdf import Brdf
     from nacre.measured.textures.image_folder import Quantity
+
+
+def several(path: Path) -> tuple[str, ...]:
+    """Names of the materials of a file that holds several of which none was chosen."""
+    from nacre.formats import materials_in
+
+    if chosen_material(path):
+        return ()
+    with suppress(FormatError):
+        names = materials_in(path)
+        return names if len(names) > 1 else ()
+    return ()
 
 
 @make(
@@ -26,6 +39,7 @@ if TYPE_CHECKING:
     option("--plot", options.OUTPUT),
     "Also plot the lobes of all reflectances (.png, .svg, .pdf).",
     options.pixels_option(applies="btf"),
+    reads=True,
 )
 def command(
     paths: tuple[Path, ...], physics: bool, plot: Path | None, pixels: Quantity | None
@@ -53,6 +67,17 @@ def command(
         if len(paths) == 1:  # with several, an option concerns only those of its kind
             with suppress(FormatError):  # not a material
                 kind_of(path)
+        if names := several(path):
+            line.end()
+            say(printable(path.resolve().name), style="bold")
+            rows = [(str(k), printable(name) or "(no name)") for k, name in enumerate(names, 1)]
+            tell(
+                [f"A file of {len(names)} materials; --material takes a name or a number."],
+                indent=2,
+            )
+            print_facts("  materials", rows, {})
+            results.append({"file": str(path), "kind": "several", "materials": list(names)})
+            continue
         try:
             found = inspect(path, physics=physics, pixels=pixels)
         except NacreError as error:

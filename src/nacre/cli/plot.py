@@ -42,6 +42,7 @@ def _angles(text: str) -> tuple[float, ...]:
     option("--cosine", is_flag=True, help="Multiply by the cosine of the viewing angle."),
     option("--floor", FiniteRange(1e-12, 1e12), shown="a power of ten below the plotted values"),
     "Value at the center in 1/sr.",
+    reads=True,
 )
 def command(
     paths: tuple[Path, ...],

@@ -85,6 +85,7 @@ _SCENE_OPTIONS = ("source", "output", "spp", "seed")
     "Gray image of heights, for a texture whose texels follow a surface: see nacre btf capture "
     "--height-map.",
     options.depth_option(group="parallax of textures"),
+    reads=True,
 )
 def command(source: Path, output: Path | None, **chosen: Any) -> None:
     """Render a preview of a material by path tracing, or a Mitsuba scene (.xml).

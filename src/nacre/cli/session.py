@@ -6,7 +6,7 @@ import sys
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from nacre.io.names import guessed_ending
 
@@ -28,6 +28,8 @@ class Session:
     """File to copy to standard output at the end."""
     folders: list[Path] = field(default_factory=list)
     """Temporary folders for standard input and output."""
+    reading: dict[str, Any] = field(default_factory=dict)
+    """What readers are told; see :mod:`nacre.cli.reading`."""
     stack: ExitStack = field(default_factory=ExitStack)
 
     def folder(self) -> Path:

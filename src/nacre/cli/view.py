@@ -45,6 +45,7 @@ _NOTICE = 1 << 20  # bytes
     option("--open/--no-open opened", group="a served page", default=True),
     "Open the served page in a browser.",
     plans=True,
+    reads=True,
 )
 def command(paths: tuple[Path, ...], output: Path | None, **chosen: Any) -> None:
     """Show materials on a web page, where you can turn them in the light and compare them.

@@ -9,7 +9,8 @@ azimuths where they matter less.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -21,6 +22,7 @@ from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.geometry import from_rusinkiewicz_angles, join, split
 from nacre.measured.interpolation import NEIGHBORS, Neighbours, SampleTree, interpolate, logarithms
+from nacre.measured.spectra import chosen_channels
 from nacre.numerics.direction_samples import DirectionSamples, Scattered
 from nacre.sampling import LobeSampledBrdf, check_isotropic
 
@@ -132,6 +134,16 @@ class ScatteredBrdf(LobeSampledBrdf):
 
     def scattered(self) -> Scattered | None:
         return self
+
+    def in_bands(self, bands: Sequence[float] | str) -> Brdf:
+        if self.spectra is None or self.wavelengths is None:
+            return super().in_bands(bands)
+        try:
+            rgb, channels = chosen_channels(self.spectra, self.wavelengths, bands)
+        except ValueError as error:
+            raise NacreError(f"{self.name or 'this material'}: {error}") from error
+        samples = replace(self.samples, rgb=rgb)
+        return self.replaced(samples=samples, channels=channels)
 
     def nearest(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.int64]:
         """Index of the nearest sample to each pair of directions, shape (n,) for (n, 3)."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +48,35 @@ def as_channels(
     last = len(bands) - 1
     first, middle, third = chosen = last, (last + 1) // 2 if last > 1 else 0, 0
     names = (f"{bands[first]:.6g} nm", f"{bands[middle]:.6g} nm", f"{bands[third]:.6g} nm")
+    return values[..., list(chosen)], names
+
+
+def chosen_channels(
+    spectra: npt.ArrayLike, wavelengths: npt.ArrayLike, wanted: Sequence[float] | str
+) -> tuple[_Array, tuple[str, str, str]]:
+    """As :func:`as_channels`, for wavelengths in nm that a user wants, or "color".
+
+    Raises ValueError if no band is near one, if bands make no color, or not one to three are given.
+    """
+    values, bands = np.asarray(spectra, np.float64), np.asarray(wavelengths, np.float64)
+    if isinstance(wanted, str):
+        if wanted != "color":
+            raise ValueError(f"{wanted!r} is neither 'color' nor wavelengths in nm")
+        if not is_color(bands):
+            span = f"{bands[0]:.6g} to {bands[-1]:.6g} nm"
+            raise ValueError(f"bands from {span} make no color; name one to three wavelengths")
+        return to_rgb(values, bands), COLOR
+    if not 1 <= len(wanted) <= 3:
+        raise ValueError(f"{len(wanted)} wavelengths, expected one to three")
+    nearest = [int(np.abs(bands - wavelength).argmin()) for wavelength in wanted]
+    for wavelength, place in zip(wanted, nearest, strict=True):
+        if not abs(bands[place] - wavelength) <= 0.05 * wavelength:
+            known = ", ".join(f"{band:.6g}" for band in bands[:40])
+            raise ValueError(f"no band is near {wavelength:.6g} nm (known: {known})")
+    ordered = sorted(set(nearest), reverse=True)
+    first, last = ordered[0], ordered[-1]
+    chosen = first, ordered[1] if len(ordered) == 3 else ordered[-1], last
+    names = (f"{bands[chosen[0]]:.6g} nm", f"{bands[chosen[1]]:.6g} nm", f"{bands[last]:.6g} nm")
     return values[..., list(chosen)], names
 
 

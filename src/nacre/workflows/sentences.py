@@ -122,7 +122,11 @@ def _size(facts: Mapping[str, Any]) -> str:
         parts.append(f"{sized(memory)} in memory")
     if "width" in facts:
         parts.append(f"{facts['width']:,} x {facts['height']:,} texels")
-    parts += [words.format(facts[name]) for name, words in _PARTS if facts.get(name) is not None]
+    parts += [
+        words.format(facts[name]).removesuffix("s" * (facts[name] == 1))
+        for name, words in _PARTS
+        if facts.get(name) is not None
+    ]
     if "bytes" in facts:
         size = f"The file has {sized(facts['bytes'])}"
         return f"{size}: {', '.join(parts)}." if parts else f"{size}."

@@ -15,6 +15,7 @@ from nacre.cli.report import progress
     options.texels_option(default="1x1", help="Width and height of the texture in texels."),
     options.directions_option(default="bonn"),
     options.codec_option(),
+    reads=True,
 )
 def command(
     source: Path, output: Path, texels: tuple[int, int], directions: str, codec: Path | None

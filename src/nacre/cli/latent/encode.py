@@ -20,6 +20,7 @@ from nacre.cli.report import keyed, progress, report_file
     "Refine the code so that pictures match. Unrefined, a pca code is the closest in the "
     "logarithm, an autoencoder's the output of its encoder; other bases always refine.",
     options.scale_option(),
+    reads=True,
 )
 def command(source: Path, output: Path, basis_name: str, refine: bool, free_scale: bool) -> None:
     """Find the code of an isotropic material.

@@ -32,6 +32,7 @@ from nacre.errors import FormatError
     options.basis_option(),
     options.seed_option(),
     *instrument_options(),
+    reads=True,
 )
 def command(
     source: Path,
