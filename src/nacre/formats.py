@@ -91,7 +91,10 @@ _SIGNATURES = {
     "comma-separated samples": Signature(
         "nacre.measured.comma_separated:FORMAT", (".csv",),
         rb"(?i)\A(?!tensor_file).*theta_|\A\s*astm",
-        by_ending=True,
+    ),
+    "table of a goniometer": Signature(
+        "nacre.measured.goniometer.reader:FORMAT", (".txt", ".csv", ".tsv", ".dat", ".xlsx"),
+        rb"\APK\x03\x04.*\[Content_Types\]\.xml", writes=False, by_ending=True,
     ),
     "ASTM E1392 samples": Signature(
         "nacre.measured.comma_separated:ASTM", (".astm",), None, writes=False

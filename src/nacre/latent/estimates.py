@@ -79,7 +79,9 @@ def estimate(
     """
     basis = basis or pretrained_basis()
     found = basis.posterior(brdf.samples, free_scale=free_scale)
-    material = basis.decode(found.code, brdf.name).replaced(source=brdf.source)
+    material = basis.decode(found.code, brdf.name).replaced(
+        source=brdf.source, channels=brdf.channels, notes=brdf.notes
+    )
     return Estimate(material, plausible_codes(found), len(brdf.samples), found.scale)
 
 

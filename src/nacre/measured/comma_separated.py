@@ -32,6 +32,7 @@ from nacre.measured.scattered import ScatteredBrdf, tabulate
 _SIZE_LIMIT = 1 << 28
 _COUNTS = ("samples", "num_points")  # header keys of the number of samples: ours, and ASTM's
 _USED = ("units", "values", *_COUNTS)
+_VIEWS = b"theta_o", b"theta_s", b"theta_r"  # names of the angle of the viewer
 _LARGEST = 3.4028234e38  # of what is written: below the largest float32, which nine digits round up
 
 _Array = npt.NDArray[np.float64]
@@ -187,7 +188,8 @@ def _recognize(head: bytes) -> bool:
     text = head.lstrip().lower()
     if text.startswith(b"tensor_file"):  # has fields of such names
         return False
-    return b"theta_" in text or text.startswith(b"astm")
+    named = b"theta_i" in text and any(name in text for name in _VIEWS)
+    return named or text.startswith(b"astm")
 
 
 FORMAT = Format(

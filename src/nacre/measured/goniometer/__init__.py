@@ -1,0 +1,1 @@
+"""Tables of goniometers as laboratories write them: any columns, as text or in a spreadsheet."""
