@@ -80,6 +80,14 @@ _SIGNATURES = {
         "nacre.measured.speos_anisotropic:FORMAT", (".anisotropicbsdf",),
         rb"(?i)\AOPTIS - anisotropic bsdf surface file",
     ),
+    "FRED scatter": Signature(
+        "nacre.measured.fred:FORMAT", (".fred.txt", ".txt"), rb"(?i)\A\s*type bsdf_data"
+    ),
+    "LightTools BSDF": Signature(
+        "nacre.measured.lighttools:FORMAT", (".bsdf",), rb"(?i)symmetry.*scatterradial",
+        writes=False,
+    ),
+    "SSDD": Signature("nacre.measured.ssdd:FORMAT", (".ssdd",), rb"\A\s*VERSION .*DATA_TYPE"),
     "OpenMATERIAL 3D": Signature("nacre.measured.openmaterial:FORMAT", (".xompt",), None),
     "MaterialX": Signature(
         "nacre.standard.files.materialx:FORMAT", (".mtlx",), rb"<materialx", measured=False
@@ -94,7 +102,7 @@ _SIGNATURES = {
     ),
     "table of a goniometer": Signature(
         "nacre.measured.goniometer.reader:FORMAT", (".txt", ".csv", ".tsv", ".dat", ".xlsx"),
-        rb"\APK\x03\x04.*\[Content_Types\]\.xml", writes=False, by_ending=True,
+        rb"\APK\x03\x04.*(\[Content_Types\]\.xml|docProps/|xl/)", writes=False, by_ending=True,
     ),
     "ASTM E1392 samples": Signature(
         "nacre.measured.comma_separated:ASTM", (".astm",), None, writes=False

@@ -114,18 +114,26 @@ _FORMS = {
 _FORMS |= {".jpeg": _FORMS[".jpg"], ".zip": _FORMS[".npz"]}
 
 
+_STRICT = ".fred.txt"  # FRED's tables, which have no comments
+
+
+def _ending(path: Path) -> str:
+    """The ending that tells where a mark goes; empty where a tool would stumble over one."""
+    return "" if path.name.lower().endswith(_STRICT) else path.suffix.lower()
+
+
 def can_be_marked(path: Path) -> bool:
     """Whether files of this ending have a place for a mark; what is in them may still leave none.
 
     Measured tables whose size follows from their header have none.
     """
-    return path.suffix.lower() in {*_FORMS, ".safetensors", ".glb"}
+    return _ending(path) in {*_FORMS, ".safetensors", ".glb"}
 
 
 def add_mark(path: Path, command: str) -> None:
     """Mark a file that was just written, if its format has a place for that."""
     with path.open("rb+") as file:
-        place = _place(file, path.suffix.lower())
+        place = _place(file, _ending(path))
         if place is None:
             return
         name = command.encode() if _MARK.fullmatch(f"{command} {'0' * _DIGITS}".encode()) else b""
@@ -147,7 +155,7 @@ def add_mark(path: Path, command: str) -> None:
 def read_mark(path: Path) -> Mark | None:
     """The mark of a regular file; None if it has none. Raises OSError if it cannot be read."""
     with path.open("rb") as file:
-        start, region = _region(file, path.suffix.lower())
+        start, region = _region(file, _ending(path))
         found = list(_MARK.finditer(region))
         if not found:
             return None

@@ -34,7 +34,6 @@ _BESIDE = re.compile(r"(^|/)(\.(?!\.?/)|__macosx/|thumbs\.db$|desktop\.ini$)", r
 """What archives hold that nobody put there."""
 _DOCUMENTS = (
     (r"word/", "is a Word document; save the table that holds the samples as .csv"),
-    (r"xl/", "is an Excel workbook; save the sheet that holds the samples as .csv"),
     (r"ppt/|mimetype$", "is a document; save the table that holds the samples as .csv"),
     (
         r"([^/]+/)?data\.pkl$",
@@ -152,12 +151,15 @@ def _members(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
 
 
 def is_archive(path: PathLike) -> bool:
-    """Whether a file that begins as a `.zip` archive is one, but not of NumPy's arrays."""
+    """Whether a file that begins as a `.zip` archive is one, but not of NumPy's arrays, nor a
+    spreadsheet.
+    """
     if Path(path).suffix.lower() == ".npz":
         return False
     try:
         with opened(path) as file, zipfile.ZipFile(file) as archive:
-            return not all(member.filename.endswith(".npy") for member in archive.infolist())
+            names = archive.namelist()
+            return "xl/workbook.xml" not in names and not all(n.endswith(".npy") for n in names)
     except _UNREADABLE:  # the list at its end is missing
         head = first_bytes(path)
         length = int.from_bytes(head[26:28], "little")

@@ -30,6 +30,7 @@ from nacre.measured.scattered import ScatteredBrdf
 _LARGEST = float(np.finfo(np.float32).max)
 _SIDECAR = ".columns.json"
 _SIDECAR_LIMIT = 1 << 16
+_PARTS = b"[Content_Types].xml", b"docProps/", b"xl/"  # of a spreadsheet, which may come first
 _STEEPEST = 89.0  # degrees; values with a cosine are not divided by that of a steeper view
 QUANTITIES = {
     "brdf": "f_r in 1/sr",
@@ -283,7 +284,7 @@ def _as_f_r(values: _Array, theta_o: _Array, quantity: str) -> _Array:
 
 def _recognize(head: bytes) -> bool:
     """Spreadsheets; text has no mark."""
-    return head.startswith(b"PK\x03\x04") and b"[Content_Types].xml" in head
+    return head.startswith(b"PK\x03\x04") and any(name in head for name in _PARTS)
 
 
 FORMAT = Format(
