@@ -1,44 +1,39 @@
-"""MaterialX documents (`.mtlx`) that hold one OpenPBR surface.
+"""MaterialX documents (`.mtlx`): reads one of their materials, writes OpenPBR.
 
-MaterialX specification 1.39, "MTLX File Format Definition" and "Color Spaces and Color Management
-Systems". A written document has one node with a value for every parameter, and a material; an
-anisotropic material's tangent comes from a node `rotate3d`.
+MaterialX specification 1.39, "MTLX File Format Definition". A written document has one node with a
+value for every parameter, and a material; an anisotropic material's tangent comes from a node
+`rotate3d`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-import numpy as np
-
+from nacre.analytic.model import AnalyticBrdf
 from nacre.brdf import Brdf
-from nacre.color import srgb_to_linear
 from nacre.errors import FormatError
 from nacre.io.format import Format
+from nacre.io.names import chosen
 from nacre.io.text_file import parse_number
 from nacre.io.xml_file import read_xml
 from nacre.runtime.progress import Progress
 from nacre.standard.files.facts import FACTS, about, facts_of, node_name
-from nacre.standard.files.openpbr_inputs import (
-    KINDS,
-    NODE,
-    NODE_DEFINITION,
-    TANGENTS,
-    Input,
-    read,
-)
+from nacre.standard.files.materialx_document import Document, Scope, VariesError, inputs_given
+from nacre.standard.files.materialx_surfaces import SURFACES, Surface
+from nacre.standard.files.opaque_part import OpaquePart
+from nacre.standard.files.openpbr_inputs import NODE, TANGENTS, Input
 from nacre.standard.fitted import write_fitted
 from nacre.standard.openpbr import OpenPbr
 
-_LIMIT = 1 << 18
-_GAMMAS = {"lin_rec709": 1.0, "none": 1.0, "g18_rec709": 1.8, "g22_rec709": 2.2}
-_CONNECTIONS = "nodename", "nodegraph", "interfacename", "output", "channels"
+_LIMIT = 1 << 22
 _AXES = {"in": "tangent", "axis": "normal"}
 """Nodes behind a rotated tangent, by the inputs of `rotate3d`."""
+_KNOWN = ", ".join(SURFACES)
 
 
 def encode(brdf: OpenPbr) -> bytes:
@@ -90,142 +85,243 @@ def save(brdf: Brdf, path: Path, progress: Progress | None = None) -> None:
     write_fitted(brdf, OpenPbr, path, encode, progress)
 
 
-def load(path: Path) -> OpenPbr:
-    """Read the only OpenPBR surface in a document.
+def load(path: Path, material: str | None = None, opaque_part: bool = False) -> AnalyticBrdf:
+    """Read a material by its name or its number.
 
-    Raises FormatError with the node, the input and the fix, if there is none or another surface, or
-    an input is not constant, out of bounds, or in an unknown color space.
+    Parameters
+    ----------
+    path
+        A document of any tool with surfaces from :data:`SURFACES`.
+    material
+        Name of a material, or its number from 1, where there are several.
+    opaque_part
+        Whether what no reflectance of one value has is left out, instead of refused: transmission,
+        subsurface scattering (which becomes diffuse), emission, opacity, textures, normal maps. The
+        material's notes then say what was.
+
+    Raises
+    ------
+    FormatError
+        With the node, the input and the fix, if there is no such material or it has another
+        surface, or an input is not constant, out of bounds, or in an unknown color space.
     """
+    document = _document(path)
+    found = _materials(path, document)
+    names = [each.name for each in found]
+    wanted = found[chosen(path, names, material)]
+    opaque = OpaquePart(opaque_part)
+    try:
+        brdf = _read(document, wanted, opaque)
+    except FormatError as error:
+        raise FormatError(f"{path}: {error}") from error
+    return brdf.replaced(name=brdf.name or wanted.name, notes=tuple(opaque.notes))
+
+
+@dataclass(frozen=True)
+class _Material:
+    """A material, or a surface that is in none, and where in a document it lies."""
+
+    element: Element
+    scope: Scope
+
+    @property
+    def name(self) -> str:
+        name = self.element.get("name", "")
+        return name if name.isprintable() else ""
+
+
+def _document(path: Path) -> Document:
     root = read_xml(path, _LIMIT)
     if root.tag != "materialx":
         raise FormatError(f"{path}: is not a MaterialX document: its root is {root.tag[:40]!r}")
+    return Document(root)
+
+
+def _materials(path: Path, document: Document) -> list[_Material]:
+    """The materials in a document; the surfaces where there are none."""
+    places = [document.scope, *(Scope(e) for e in document.root if e.tag == "nodegraph")]
+    nodes = [_Material(node, place) for place in places for node in place.place]
+    found = [each for each in nodes if each.element.tag == "surfacematerial"]
+    found = found or [each for each in nodes if _is_surface(each.element)]
+    if not found:
+        for element in document.root:
+            if element.tag.endswith("include"):
+                file = element.get("href", "")[:60]
+                raise FormatError(f"{path}: includes another file ({file}); save it with all in one")
+        raise FormatError(f"{path}: has no material and no surface, such as {NODE}")
+    return found
+
+
+def _is_surface(element: Element) -> bool:
+    kind = element.get("type")
+    return element.tag in SURFACES or (
+        kind == "surfaceshader" and element.tag not in ("input", "output")
+    )
+
+
+def _read(document: Document, material: _Material, opaque: OpaquePart) -> AnalyticBrdf:
+    node, scope, facts = material.element, material.scope, None
+    if node.tag == "surfacematerial":
+        facts = node.get(FACTS)
+        node, scope = _surface(document, material, opaque)
+    name = node.get("name", "")[:40]
+    surface = SURFACES.get(node.tag)
+    if surface is None:
+        raise FormatError(f"{name}: is a {node.tag[:40]}; surfaces that are read: {_KNOWN}")
+    given = _Inputs(document, node, scope, surface, opaque)
     try:
-        shader, material = _surface(root)
-        facts = None if material is None else material.get(FACTS)
-        return _Shader(root, shader).brdf(facts)
-    except FormatError as error:
-        raise FormatError(f"{path}: {error}") from error
+        return surface.read(given.values(), given.turns(), facts, opaque)
+    except ValueError as error:
+        raise FormatError(str(error)) from error
 
 
-def _surface(root: Element) -> tuple[Element, Element | None]:
-    """The shader in a document, and its material, if any."""
-    for element in root:
-        if element.tag.endswith("include"):
-            raise FormatError("includes another file; save it with all in one")
-    shaders = [e for e in root if e.get("type") == "surfaceshader" and e.tag != "output"]
-    shaders += [e for e in root if e.tag == NODE and e not in shaders]
-    names = ", ".join(e.get("name", "")[:40] for e in shaders[:5])
-    if len(shaders) > 1:
-        raise FormatError(f"has {len(shaders)} surfaces ({names}); save one of them")
-    if not shaders:
-        raise FormatError(f"has no {NODE}; a shader within a node graph is not read")
-    (shader,) = shaders
-    if shader.tag != NODE or shader.get("nodedef", NODE_DEFINITION) != NODE_DEFINITION:
-        fix = "; MaterialX's ShaderTranslator makes one of it" * (shader.tag == "standard_surface")
-        raise FormatError(f"{names}: is a {shader.tag[:40]}; only {NODE} is read{fix}")
-    materials = [e for e in root if e.tag == "surfacematerial"]
-    if len(materials) > 1:
-        raise FormatError(f"has {len(materials)} materials; save one of them")
-    for entry in materials[0] if materials else ():
-        if entry.get("name") == "surfaceshader" and entry.get("nodename") == shader.get("name"):
-            continue
-        if entry.tag == "input":
-            field = f"{materials[0].get('name', '')[:40]}: {entry.get('name', '')[:40]}"
-            raise FormatError(f"{field}: is not read: only a surface at the front is; remove it")
-    return shader, materials[0] if materials else None
+def _surface(
+    document: Document, material: _Material, opaque: OpaquePart
+) -> tuple[Element, Scope]:
+    """The node of a material's surface, and where it lies."""
+    name = material.name[:40]
+    found = None
+    for entry in inputs_given(material.element):
+        field = f"{name}: {entry.get('name', '')[:40]}"
+        try:
+            source = document.source(entry, material.scope)
+        except FormatError as error:
+            raise FormatError(f"{field}: {error}") from error
+        if entry.get("name") == "surfaceshader" and source is not None:
+            found = source
+        else:
+            problem = f"{field}: only a surface at the front is read"
+            opaque.without(problem, "remove it", f"{entry.get('name', '')[:40]} is left out.")
+    if found is None:
+        raise FormatError(f"{name}: has no surface")
+    return found
 
 
-class _Shader:
-    """A node and its inputs, as values."""
+class _Inputs:
+    """A surface's inputs, as values."""
 
-    def __init__(self, root: Element, node: Element) -> None:
-        self.root, self.node = root, node
-        self.inputs = {e.get("name", ""): e for e in node if e.tag == "input"}
+    def __init__(
+        self,
+        document: Document,
+        node: Element,
+        scope: Scope,
+        surface: Surface,
+        opaque: OpaquePart,
+    ) -> None:
+        self._document, self._node, self._scope = document, node, scope
+        self._surface, self._opaque = surface, opaque
+        self._elements = {e.get("name", ""): e for e in inputs_given(node)}
+        known = {*surface.defaults, *surface.ignored, *surface.normals, *surface.tangents}
+        for name, element in self._elements.items():
+            if name not in known:
+                raise FormatError(f"{self._field(element)}: is not known; remove it")
+        definition = node.get("nodedef")
+        if definition is None:
+            version = node.get("version", "").split(".")[:3]
+            definition = next(
+                (each for each in surface.definitions if each.endswith("_" + "".join(version))),
+                next(iter(surface.definitions)),
+            )
+        if definition not in surface.definitions:
+            names = ", ".join(surface.definitions)
+            wrong = f"has the nodedef {definition[:60]!r}"
+            raise FormatError(f"{node.get('name', '')[:40]}: {wrong}; read are {names}")
+        self._defaults = {**surface.defaults, **surface.definitions[definition]}
 
-    def brdf(self, facts: str | None) -> OpenPbr:
-        """The material of an OpenPBR node with its facts."""
-        inputs: dict[str, Input] = {}
-        angles = []
-        for name, element in self.inputs.items():
-            if name in TANGENTS:
-                angles.append(self._angle(element))
-            elif name in KINDS:
-                inputs[name] = self._value(element)
-            else:
-                problem = "is not read" if name.startswith("geometry_") else "is not known"
-                raise FormatError(f"{self._field(element)}: {problem}; remove it")
-        if len(set(angles)) > 1 or (angles and len(angles) < len(TANGENTS)):
-            raise FormatError(f"{' and '.join(TANGENTS)}: are not the same; make them equal")
-        return read(inputs, angles[0] if angles else None, facts)
+    def values(self) -> Mapping[str, Any]:
+        """Values of all inputs that matter, as numbers and colors; those that vary are the
+        defaults, if that is not refused."""
+        self._check_normals()
+        return {name: self._value(name) for name in self._defaults}
+
+    def turns(self) -> dict[str, float]:
+        """Angles in radians of the tangents that are turned."""
+        names = [name for name in self._surface.tangents if name in self._elements]
+        return {name: self._angle(self._elements[name]) for name in names}
 
     def _field(self, element: Element) -> str:
-        return f"{self.node.get('name', '')[:40]}: {element.get('name', '')[:40]}"
+        return f"{self._node.get('name', '')[:40]}: {element.get('name', '')[:40]}"
 
-    def _value(self, element: Element) -> Input:
+    def _value(self, name: str) -> Input:
+        default = self._defaults[name]
+        element = self._elements.get(name)
+        if element is None:
+            return default
         field = self._field(element)
-        if _connected(element):
-            raise FormatError(f"{field}: is connected to other nodes; bake it to a constant")
-        if element.get("unit") is not None:
-            raise FormatError(f"{field}: has a unit; give it in that of {NODE} without one")
-        text, kind = element.get("value", ""), element.get("type")
-        expected = KINDS[element.get("name", "")]
-        if kind == "boolean" and expected is float and text in ("true", "false"):
-            return float(text == "true")
-        numbers = _numbers(field, text)
-        if kind == "float" and expected is float and len(numbers) == 1:
-            return numbers[0]
-        if kind == "color3" and expected is tuple and len(numbers) == 3:
-            red, green, blue = (float(c) for c in self._linear(field, element, numbers))
-            return red, green, blue
-        wanted = "a color3 of three numbers" if expected is tuple else "one float"
-        raise FormatError(f"{field}: is not {wanted}, but {kind} {text[:40]!r}")
+        try:
+            found = self._document.value(element, self._scope)
+        except VariesError as error:
+            taken = f"{name} {error}, and taken as {_shown(default)}."
+            self._opaque.without(f"{field}: {error}", "bake it to a constant", taken)
+            return default
+        except FormatError as error:
+            raise FormatError(f"{field}: {error}") from error
+        if isinstance(default, tuple) and len(found) == 3:
+            return float(found[0]), float(found[1]), float(found[2])
+        if not isinstance(default, tuple) and len(found) == 1:
+            return float(found[0])
+        wanted = "a color3 of three numbers" if isinstance(default, tuple) else "one float"
+        given = f"{element.get('type')} {element.get('value', '')[:40]!r}"
+        raise FormatError(f"{field}: is not {wanted}, but {given}")
 
-    def _linear(self, field: str, element: Element, color: Sequence[float]) -> Sequence[float]:
-        """A color in linear Rec. 709, from the space given by the nearest enclosing element."""
-        spaces = (each.get("colorspace") for each in (element, self.node, self.root))
-        space = next((s for s in spaces if s), "lin_rec709")
-        if space != "srgb_texture" and space not in _GAMMAS:
-            known = ", ".join([*_GAMMAS, "srgb_texture"])
-            raise FormatError(f"{field}: color space {space[:40]!r} is not one of {known}")
-        if not all(0.0 <= c <= 1.0 for c in color):
-            return color  # out of bounds, which the caller reports
-        if space == "srgb_texture":
-            return list(srgb_to_linear(np.array(color)))
-        return [c ** _GAMMAS[space] for c in color]
+    def _check_normals(self) -> None:
+        """Refuse normals that are not the surface's own, or leave them out."""
+        for name in self._surface.normals:
+            element = self._elements.get(name)
+            if element is None:
+                continue
+            field = self._field(element)
+            try:
+                source = self._document.source(element, self._scope)
+                plain = source[0].tag == "normal" if source else _is_up(element)
+            except FormatError as error:
+                raise FormatError(f"{field}: {error}") from error
+            if not plain:
+                problem = f"{field}: is not read: only the surface's own normal is"
+                self._opaque.without(problem, "remove it", f"{name}, a normal map, is left out.")
 
     def _angle(self, element: Element) -> float:
         """Angle of a tangent that a node `rotate3d` turns about the normal."""
         field = self._field(element)
-        problem = f"{field}: is not a tangent that rotate3d turns by a constant about the normal"
-        turned = self._node(element.get("nodename"), "rotate3d")
-        if turned is None:
-            raise FormatError(problem)
-        inputs = {e.get("name", ""): e for e in turned if e.tag == "input"}
+        problem = FormatError(
+            f"{field}: is not a tangent that rotate3d turns by a constant about the normal"
+        )
+        found = self._document.source(element, self._scope)
+        if found is None:
+            raise problem
+        turned, scope = found
+        if turned.tag == "tangent":
+            return 0.0
+        inputs = {e.get("name", ""): e for e in inputs_given(turned)}
+        if turned.tag != "rotate3d" or not {*_AXES, "amount"} <= inputs.keys():
+            raise problem
         for name, kind in _AXES.items():
-            source = inputs.get(name)
-            if source is None or self._node(source.get("nodename"), kind) is None:
-                raise FormatError(problem)
-        amount = inputs.get("amount")
-        if amount is None or _connected(amount):
-            raise FormatError(problem)
-        numbers = _numbers(field, amount.get("value", ""))
-        if len(numbers) != 1:
-            raise FormatError(problem)
-        return -math.radians(numbers[0])
-
-    def _node(self, name: str | None, kind: str) -> Element | None:
-        return next((e for e in self.root if e.tag == kind and e.get("name") == name), None)
+            source = self._document.source(inputs[name], scope)
+            if source is None or source[0].tag != kind:
+                raise problem
+        amount = self._document.value(inputs["amount"], scope)
+        if len(amount) != 1:
+            raise problem
+        return -math.radians(amount[0])
 
 
-def _connected(element: Element) -> bool:
-    return any(element.get(key) is not None for key in _CONNECTIONS)
-
-
-def _numbers(field: str, text: str) -> list[float]:
+def _is_up(element: Element) -> bool:
+    """Whether a vector points away from the surface, as the normal does in a tangent's frame."""
+    parts = [part.strip() for part in element.get("value", "").split(",", 4)]
     try:
-        return [parse_number(part.strip()) for part in text.split(",", 16)]
+        return [parse_number(part) for part in parts] == [0.0, 0.0, 1.0]
     except ValueError as error:
-        raise FormatError(f"{field}: {text[:40]!r} is not made of numbers") from error
+        raise FormatError(f"{element.get('value', '')[:40]!r} is not made of numbers") from error
+
+
+def _shown(value: Input) -> str:
+    numbers = value if isinstance(value, tuple) else (value,)
+    text = ", ".join(f"{number:g}" for number in numbers)
+    return f"({text})" if isinstance(value, tuple) else text
+
+
+def _names(path: Path) -> list[str]:
+    return [each.name for each in _materials(path, _document(path))]
 
 
 FORMAT = Format(
@@ -234,6 +330,7 @@ FORMAT = Format(
     lambda head: b"<materialx" in head,
     load,
     save,
+    materials=_names,
     model="openpbr",
     measured=False,
 )
