@@ -57,9 +57,9 @@ ANGLE = Parameter("angle", -0.5 * math.pi, 0.5 * math.pi, (-0.4 * math.pi, 0.4 *
 class OpenPbr(AnalyticBrdf):
     """OpenPBR Surface with equal roughness along all tangents.
 
-    Parameters have the specification's names and suggested ranges, beyond which indices and the
-    film's thickness, in micrometers, may go. Roughnesses below 0.03 act like 0.03, where float32 directions still resolve the
-    lobe.
+    Parameters have the specification's names and suggested ranges, beyond which colors, indices
+    and the film's thickness, in micrometers, may go. Roughnesses below 0.03 act like 0.03, where
+    float32 directions still resolve the lobe.
     """
 
     model = "openpbr"

@@ -104,7 +104,9 @@ def from_json(material: Any, name: str, metadata: Mapping[str, Any]) -> Gltf:
     values["anisotropyRotation"] = rotation - math.pi * round(rotation / math.pi)
     model = AnisotropicGltf if strength > _NEGLIGIBLE else Gltf
     try:
-        given = {p.name: replace(p, allowed=None).check(values[p.name]) for p in model.parameters}
+        for each in model.parameters:
+            replace(each, allowed=None).check(values[each.name])
+        given = {parameter.name: values[parameter.name] for parameter in model.parameters}
         return model(name=name, metadata=metadata, **given)
     except (ValueError, OverflowError) as error:
         raise FormatError(str(error)) from error

@@ -1,4 +1,4 @@
-"""The opaque part of surfaces that do more than to reflect: transmit, scatter inside, emit, vary."""
+"""The opaque part of surfaces that do more than reflect: transmit, scatter inside, emit, vary."""
 
 from __future__ import annotations
 

@@ -113,7 +113,8 @@ def read(
         If a value is out of bounds, the material transmits or emits light or is cut out and that is
         refused, or the facts are damaged.
     """
-    name, metadata = parsed_facts(facts)
+    name, metadata, notes = parsed_facts(facts)
+    opaque.notes[:0] = notes
     given = ChainMap(inputs, {**DEFAULTS, **OTHERS})  # type: ignore[arg-type]  # it is only read
     values: dict[str, Any] = {each: given[each] for each in DEFAULTS}
     values |= _base(given, opaque, called or {})
@@ -166,9 +167,7 @@ def _base(
         if given["geometry_thin_walled"]:
             back = 0.5 - 0.5 * given["subsurface_scatter_anisotropy"]
             inner = [back * c for c in inner]
-        mixed = [
-            diffuse * weight * c + weights[0] * i for c, i in zip(color, inner, strict=True)
-        ]
+        mixed = [diffuse * weight * c + weights[0] * i for c, i in zip(color, inner, strict=True)]
         weight, color = 1.0, (mixed[0], mixed[1], mixed[2])
     weight *= kept
     if metal and (weight, color) != (given["base_weight"], given["base_color"]):

@@ -165,8 +165,9 @@ def load(path: FilePath, opaque_part: bool = False) -> OpenPbr:
     """Read the only OpenPBR surface in a layer.
 
     With `opaque_part`, transmission, subsurface scattering (which becomes diffuse), emission and
-    opacity are left out, and the material's notes say so. Raises FormatError with the prim, the input and the fix, if there is none or another surface, or
-    an input is not constant, out of bounds, or in an unknown color space.
+    opacity are left out, and the material's notes say so. Raises FormatError with the prim, the
+    input and the fix, if there is none or another surface, or an input is not constant, out of
+    bounds, or in an unknown color space.
     """
     data = read_bytes(path, _LIMIT)
     if data.startswith(b"PXR-USDC"):
@@ -258,14 +259,14 @@ def _value(field: str, found: Property, kind: type) -> Input:
     value = found.value
     if kind is float and isinstance(value, float):
         return value
-    if kind is tuple and isinstance(value, tuple) and len(value) == 3:
-        if all(isinstance(c, float) for c in value):
-            space = str(found.metadata.get("colorSpace", ""))
-            try:
-                red, green, blue = to_rec_709(value, space).tolist()
-            except FormatError as error:
-                raise FormatError(f"{field}: {error}") from error
-            return red, green, blue
+    color = isinstance(value, tuple) and len(value) == 3
+    if kind is tuple and color and all(isinstance(c, float) for c in value):
+        space = str(found.metadata.get("colorSpace", ""))
+        try:
+            red, green, blue = to_rec_709(value, space).tolist()
+        except FormatError as error:
+            raise FormatError(f"{field}: {error}") from error
+        return red, green, blue
     wanted = "a color of three numbers" if kind is tuple else "one number"
     raise FormatError(f"{field}: is not {wanted}, but {str(value)[:40]!r}")
 

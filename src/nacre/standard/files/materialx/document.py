@@ -16,7 +16,7 @@ from nacre.array import Doubles
 from nacre.errors import FormatError
 from nacre.io.text_file import parse_number
 from nacre.standard.files.color_spaces import to_rec_709
-from nacre.standard.files.materialx_nodes import (
+from nacre.standard.files.materialx.nodes import (
     NODES,
     SIZES,
     inputs_of,
@@ -289,5 +289,3 @@ def _what_varies(node: Element) -> str:
         named = "" if file is None else file.get("value", "")[:60]
         return f"is a texture ({named or category})"
     return f"is connected to a node {category!r}, which is no constant"
-
-
