@@ -106,7 +106,7 @@ def test_a_binary_layer_is_refused_with_the_fix(path):
         ("float inputs:base_weight = 0.9", "float inputs:opacity = 0.9", "opacity: is not known"),
         ("inputs:base_weight = 0.9", "inputs:transmission_weight = 1", "transmission_weight is 1:"),
         ("(0.6, 0.3, 0.1)", "(0.6, 0.3)", "base_color: is not a color of three numbers"),
-        ("(0.6, 0.3, 0.1)", '(1, 1, 1) (colorSpace = "acescg")', "'acescg' is not one of"),
+        ("(0.6, 0.3, 0.1)", '(1, 1, 1) (colorSpace = "acescc")', "'acescc' is none of"),
         ("ND_open_pbr", "ND_standard", "ND_standard_surface_surfaceshader; only"),
         ("outputs:mtlx:surface.connect", "outputs:b.connect", "its surface is UsdPreviewSurface"),
         ('def Material "paint"', 'def Scope "paint"', "has 0 materials"),

@@ -190,7 +190,7 @@ class Document:
             if name not in known:
                 raise FormatError(f"{where}: has an input {name[:40]!r}, which is not known")
             if each.get("type") != "string":
-                inputs[name] = self._value(each, scope, depth + 1)
+                inputs[name] = self._value(each, scope, depth)
         kind = node.get("type", "")
         try:
             if node.tag == "swizzle":

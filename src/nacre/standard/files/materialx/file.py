@@ -142,6 +142,9 @@ def _materials(path: Path, document: Document) -> list[_Material]:
     found = found or [each for each in nodes if _is_surface(each.element)]
     if not found:
         for element in document.root:
+            if element.tag == "material":
+                newer = "open and save it with MaterialX 1.38 or newer"
+                raise FormatError(f"{path}: has materials of MaterialX before 1.38; {newer}")
             if element.tag.endswith("include"):
                 file = element.get("href", "")[:60]
                 raise FormatError(
@@ -190,7 +193,7 @@ def _surface(document: Document, material: _Material, opaque: OpaquePart) -> tup
             problem = f"{field}: only a surface at the front is read"
             opaque.without(problem, "remove it", f"{entry.get('name', '')[:40]} is left out.")
     if found is None:
-        raise FormatError(f"{name}: has no surface")
+        raise FormatError(f"{name or 'the material'}: has no surface")
     return found
 
 

@@ -58,8 +58,15 @@ class Inputs:
 
     def turns(self) -> dict[str, float]:
         """Angles in radians of the tangents that are turned."""
-        names = [name for name in self._surface.tangents if name in self._elements]
-        return {name: self._angle(self._elements[name]) for name in names}
+        found = {}
+        for name in self._surface.tangents:
+            if (element := self._elements.get(name)) is None:
+                continue
+            try:
+                found[name] = self._angle(element)
+            except FormatError as error:
+                raise FormatError(f"{self._field(element)}: {error}") from error
+        return found
 
     def _field(self, element: Element) -> str:
         return f"{self._node.get('name', '')[:40]}: {element.get('name', '')[:40]}"
@@ -104,10 +111,7 @@ class Inputs:
 
     def _angle(self, element: Element) -> float:
         """Angle of a tangent that a node `rotate3d` turns about the normal."""
-        field = self._field(element)
-        problem = FormatError(
-            f"{field}: is not a tangent that rotate3d turns by a constant about the normal"
-        )
+        problem = FormatError("is not a tangent that rotate3d turns by a constant about the normal")
         found = self._document.source(element, self._scope)
         if found is None:
             raise problem
