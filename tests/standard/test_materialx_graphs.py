@@ -288,5 +288,5 @@ def test_circles_and_towers_end_soon(tmp_path):
         for k in range(30)
     )
     with pytest.raises(FormatError, match="takes over 20,000 steps to compute; bake it"):
-        evaluated(tmp_path, tower + node("t0", ""))
+        evaluated(tmp_path, tower + CUSTOM.replace("half", "t30") + node("t0", ""))
     assert time.perf_counter() - start < 20.0

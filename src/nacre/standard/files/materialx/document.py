@@ -65,6 +65,12 @@ class Document:
         self._scopes: dict[tuple[Element, Element | None, Scope | None], Scope] = {}
         self._known: dict[tuple[Element, Scope], Doubles] = {}
         self._left = _MOST
+        graphs = {e.get("nodedef"): e for e in root if e.tag == "nodegraph"}
+        self._definitions: dict[str, list[tuple[Element, Element]]] = {}
+        for each in root:
+            graph = graphs.get(each.get("name"))
+            if each.tag == "nodedef" and each.get("name") is not None and graph is not None:
+                self._definitions.setdefault(each.get("node", ""), []).append((each, graph))
 
     def source(self, element: Element, scope: Scope) -> tuple[Element, Scope] | None:
         """The node that an input or output is connected to, and where that lies; None for a value.
@@ -206,19 +212,11 @@ class Document:
 
     def _inside(self, node: Element, scope: Scope) -> Scope | None:
         """The graph that a document defines a node by; None for nodes that it does not define."""
-        wanted = node.get("nodedef")
-        for definition in self.root:
-            if definition.tag != "nodedef" or definition.get("node") != node.tag:
-                continue
-            name = definition.get("name", "")
-            if wanted is not None and wanted != name:
-                continue
+        for definition, graph in self._definitions.get(node.tag, ()):
             kinds = {e.get("type") for e in definition if e.tag == "output"}
-            if node.get("type") not in (*kinds, "multioutput"):
-                continue
-            for graph in self.root:
-                if graph.tag == "nodegraph" and graph.get("nodedef") == name:
-                    return self._within(graph, node, scope, definition=definition)
+            named = node.get("nodedef") in (None, definition.get("name"))
+            if named and node.get("type") in (*kinds, "multioutput"):
+                return self._within(graph, node, scope, definition=definition)
         return None
 
     def _given(self, element: Element) -> Doubles:
