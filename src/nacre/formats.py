@@ -74,7 +74,8 @@ _SIGNATURES = {
     ),
     "OpenMATERIAL 3D": Signature("nacre.measured.openmaterial:FORMAT", (".xompt",), None),
     "MaterialX": Signature(
-        "nacre.standard.files.materialx:FORMAT", (".mtlx",), rb"<materialx", measured=False
+        "nacre.standard.files.materialx:FORMAT", (".mtlx",), rb"<materialx", measured=False,
+        by_ending=True,
     ),
     "USD (text)": Signature(
         "nacre.standard.files.usda:FORMAT", (".usda", ".usd"), rb"\A(#usda |PXR-USDC)",

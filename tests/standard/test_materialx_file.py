@@ -209,3 +209,19 @@ def test_other_materials_are_fitted(tmp_path, monkeypatch):
     wi, wo = (w / np.linalg.norm(w, axis=-1, keepdims=True) for w in (wi, wo))
     errors = np.abs(found.eval(wi, wo) / plain.eval(wi, wo) - 1.0)
     assert np.median(errors) < 0.1
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        lambda text: "<!-- " + "terms and more terms\n" * 200 + "-->\n" + text,
+        lambda text: "\ufeff" + text.replace("\n", "\r\n"),
+        lambda text: '<?xml version="1.0" encoding="utf-16"?>' + text,
+    ],
+    ids=["long comment", "mark and CRLF", "UTF-16"],
+)
+def test_documents_of_other_editors_are_read(tmp_path, changed):
+    text = changed(document(given("base_weight", "0.5")))
+    path = tmp_path / "PAINT.MTLX"
+    path.write_bytes(text.encode("utf-16" if "utf-16" in text else "utf-8"))
+    assert nacre.load(path).values["base_weight"] == 0.5

@@ -234,7 +234,10 @@ def test_a_surface_may_lie_in_a_graph(tmp_path):
     [
         (node("image", given("file", "a.png", "filename")), r"is a texture \(a.png\); bake it"),
         (node("UsdUVTexture", ""), r"is a texture \(UsdUVTexture\)"),
-        (node("noise3d", ""), "is connected to a node 'noise3d', which is no constant; bake"),
+        (
+            node("noise3d", ""),
+            r"varies over the surface, as a texture does \(node 'noise3d'\); bake",
+        ),
         (node("dot", '<input name="in" type="float" defaultgeomprop="UV0" nodename="q"/>'), "'q'"),
         (node("dot", linked("in", "n")), "is connected to itself, or to over 100 nodes"),
         (node("divide", given("in2", "0")), "divide 'n': the result is not finite"),
@@ -249,7 +252,7 @@ def test_a_surface_may_lie_in_a_graph(tmp_path):
             "add 'n': its inputs do not fit|could not be broadcast",
         ),
         (CUSTOM.replace('nodename="m"', 'nodename="q"') + node("half", ""), "'q', which is not"),
-        (CUSTOM.replace("<output", "<input") + node("half", ""), "'half', which is no constant"),
+        (CUSTOM.replace("<output", "<input") + node("half", ""), "node 'half'"),
         ('<nodegraph name="n"></nodegraph>', "to the output of 'n', which is not there"),
     ],
 )

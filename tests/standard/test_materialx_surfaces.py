@@ -332,7 +332,7 @@ def test_textures_are_refused_or_their_defaults_taken(tmp_path):
     assert found.values["metallicFactor"] == 0.25
     assert found.notes == (
         "normal, a normal map, is left out.",
-        "base_color is a texture (a.png), and taken as (1, 1, 1).",
+        "base_color is a texture (a.png); (1, 1, 1) is taken instead.",
     )
 
 

@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping
 
 from nacre.analytic.model import AnalyticBrdf
+from nacre.errors import FormatError
 from nacre.standard.disney import AnisotropicDisney, Disney
 from nacre.standard.files.materialx.surface import Surface, Turns, Values, opaque_color
 from nacre.standard.files.opaque_part import OpaquePart
@@ -39,7 +40,9 @@ def _disney(values: Values, turns: Turns, _: str | None, opaque: OpaquePart) -> 
         opaque.share("subsurface", values["subsurface"], "subsurface scattering", how)
     color = opaque_color("baseColor", "metallic", "specTrans", values, opaque)
     sheen = values["sheen"] * (1.0 - values["specTrans"])
-    root = math.sqrt(0.08 * min(max(values["specular"], 0.0), 1.0))
+    if not 0.0 <= (specular := values["specular"]) <= 1.0:
+        raise FormatError(f"specular must lie in [0, 1], got {specular:g}")
+    root = math.sqrt(0.08 * specular)
     opaque.notes.append("disney_principled, read as Disney's BRDF in Mitsuba's principled.")
     anisotropic = values["anisotropic"]
     model = AnisotropicDisney if anisotropic else Disney

@@ -286,4 +286,4 @@ def _what_varies(node: Element) -> str:
         file = _input(node, "file")
         named = "" if file is None else file.get("value", "")[:60]
         return f"is a texture ({named or category})"
-    return f"is connected to a node {category!r}, which is no constant"
+    return f"varies over the surface, as a texture does (node {category!r})"

@@ -80,7 +80,7 @@ class Inputs:
         try:
             found = self._document.value(element, self._scope)
         except VariesError as error:
-            taken = f"{name} {error}, and taken as {_shown(default)}."
+            taken = f"{name} {error}; {_shown(default)} is taken instead."
             self._opaque.without(f"{field}: {error}", "bake it to a constant", taken)
             return default
         except FormatError as error:
