@@ -336,6 +336,18 @@ def test_textures_are_refused_or_their_defaults_taken(tmp_path):
     )
 
 
+def test_a_tangent_that_varies_is_left_out(tmp_path):
+    surface = (
+        '<gltf_pbr name="s" type="surfaceshader"><input name="tangent" nodename="t"/></gltf_pbr>'
+    )
+    text = f'<materialx version="1.39">{surface}<image name="t" type="vector3"/></materialx>'
+    (tmp_path / "a.mtlx").write_text(text)
+    with pytest.raises(FormatError, match=r"s: tangent: is not a tangent .*; make it one, or read"):
+        nacre.load(tmp_path / "a.mtlx")
+    (note,) = nacre.load(tmp_path / "a.mtlx", opaque_part=True).notes
+    assert note.startswith("tangent is not a tangent")
+
+
 SEVERAL = """
 <materialx version="1.39" colorspace="acescg">
   <gltf_pbr name="a" type="surfaceshader"/>

@@ -65,7 +65,8 @@ class Inputs:
             try:
                 found[name] = self._angle(element)
             except FormatError as error:
-                raise FormatError(f"{self._field(element)}: {error}") from error
+                taken = f"{name} {error}; it is not turned instead."
+                self._opaque.without(f"{self._field(element)}: {error}", "make it one", taken)
         return found
 
     def _field(self, element: Element) -> str:
