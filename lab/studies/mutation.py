@@ -68,6 +68,8 @@ TESTS = [
     *("tests/neural/test_physical.py", "tests/latent/test_picture_errors.py"),
     "tests/analytic/test_picture_fit.py",
     *("tests/standard/test_closures.py", "tests/standard/test_materialx_file.py"),
+    *("tests/standard/test_materialx_graphs.py", "tests/standard/test_materialx_surfaces.py"),
+    "tests/standard/test_color_spaces.py",
     *("tests/latent/test_lobe_predictor.py", "tests/workflows/test_files.py"),
     *("tests/targets/test_textures.py", "tests/mitsuba/textures/test_sampling.py"),
 ]

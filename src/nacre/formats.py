@@ -90,7 +90,8 @@ _SIGNATURES = {
     "SSDD": Signature("nacre.measured.ssdd:FORMAT", (".ssdd",), rb"\A\s*VERSION .*DATA_TYPE"),
     "OpenMATERIAL 3D": Signature("nacre.measured.openmaterial:FORMAT", (".xompt",), None),
     "MaterialX": Signature(
-        "nacre.standard.files.materialx:FORMAT", (".mtlx",), rb"<materialx", measured=False
+        "nacre.standard.files.materialx:FORMAT", (".mtlx",), rb"<materialx", measured=False,
+        by_ending=True,
     ),
     "USD (text)": Signature(
         "nacre.standard.files.usda:FORMAT", (".usda", ".usd"), rb"\A(#usda |PXR-USDC)",

@@ -99,6 +99,22 @@ SCENE_DEEP = (
     b'<scene version="3.0.0">' + b'<bsdf type="a">' * (DEEP // 2) + b"</bsdf>" * (DEEP // 2) + END
 )
 MATERIAL = '<materialx version="1.39"><a b="{}"/></materialx>'
+_DOUBLED = (
+    '<nodedef name="N{0}" node="n{0}"><output name="out" type="float"/></nodedef>'
+    '<nodegraph name="G{0}" nodedef="N{0}">'
+    '<n{1} name="a" type="float"/><n{1} name="b" type="float"/>'
+    '<add name="c" type="float"><input name="in1" type="float" nodename="a"/>'
+    '<input name="in2" type="float" nodename="b"/></add>'
+    '<output name="out" type="float" nodename="c"/></nodegraph>'
+)
+TOWER = (
+    '<materialx version="1.39">'
+    + "".join(_DOUBLED.format(k, k + 1) for k in range(25))
+    + '<nodedef name="N25" node="n25"><output name="out" type="float"/></nodedef>'
+    '<nodegraph name="G25" nodedef="N25"><output name="out" type="float" value="0"/></nodegraph>'
+    '<n0 name="x" type="float"/><open_pbr_surface name="s" type="surfaceshader">'
+    '<input name="base_weight" type="float" nodename="x"/></open_pbr_surface></materialx>'
+)
 
 
 def png_of_one_color(edge: int) -> bytes:

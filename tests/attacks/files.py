@@ -23,6 +23,7 @@ from tests.attacks.contents import (
     OUTSIDE,
     PACKED_ROW,
     SCENE_DEEP,
+    TOWER,
     ZEROS,
     Payload,
     bomb,
@@ -346,6 +347,11 @@ ATTACKS = {
         "has a file of the system read as a value",
         one("a.mtlx", (OUTSIDE + MATERIAL.format("&f;")).encode()),
         "DOCTYPE",
+    ),
+    "materialx-tower": Attack(
+        "computes 2 to the power of 25 nodes from 25, each of which is twice the next",
+        one("a.mtlx", TOWER.encode()),
+        "steps to compute",
     ),
     "radiance-laughs": Attack(
         "expands entities in a table of tensor trees",

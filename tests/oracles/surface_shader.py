@@ -85,7 +85,10 @@ class SurfaceShader:
 
 
 def _generated(text: str) -> list[str]:
-    """Sources of the vertex shader and the pixel shader; values are uniforms."""
+    """Sources of the vertex shader and the pixel shader; values are uniforms.
+
+    Colors of other spaces are converted to linear Rec. 709 by MaterialX's own transforms.
+    """
     mx = require("MaterialX", "dev")
     shading = require("MaterialX.PyMaterialXGenShader", "dev")
     document = mx.createDocument()
@@ -96,10 +99,14 @@ def _generated(text: str) -> list[str]:
         raise RuntimeError(message)
     (material,) = document.getMaterialNodes()
     writer = require("MaterialX.PyMaterialXGenGlsl", "dev").GlslShaderGenerator.create()
+    colors = shading.DefaultColorManagementSystem.create(writer.getTarget())
+    colors.loadLibrary(library())
+    writer.setColorManagementSystem(colors)
     context = shading.GenContext(writer)
     context.registerSourceCodeSearchPath(mx.getDefaultDataSearchPath())
     options = context.getOptions()
     options.hwSrgbEncodeOutput = False
+    options.targetColorSpaceOverride = "lin_rec709"
     options.hwMaxActiveLightSources = 1
     kinds = shading.HwSpecularEnvironmentMethod
     options.hwSpecularEnvironmentMethod = kinds.SPECULAR_ENVIRONMENT_NONE

@@ -48,12 +48,80 @@ def _rebuilt(words: tuple[str, ...]) -> Callable[[bytes, Random], bytes]:
     return rebuilt
 
 
+GRAPHS = b"""<?xml version="1.0"?>
+<materialx version="1.39" colorspace="acescg">
+  <nodedef name="ND_half" node="half">
+    <input name="of" type="float" value="0.8" /><output name="out" type="float" />
+  </nodedef>
+  <nodegraph name="NG_half" nodedef="ND_half">
+    <multiply name="m" type="float">
+      <input name="in1" type="float" interfacename="of" />
+      <input name="in2" type="float" value="0.5" />
+    </multiply>
+    <output name="out" type="float" nodename="m" />
+  </nodegraph>
+  <nodegraph name="g">
+    <input name="tint" type="color3" value="0.5, 0.25, 0.75" />
+    <constant name="c" type="color3"><input name="value" type="color3" value="0.5, 0.4, 0.3" />
+    </constant>
+    <mix name="m" type="color3">
+      <input name="fg" type="color3" nodename="c" />
+      <input name="bg" type="color3" interfacename="tint" />
+      <input name="mix" type="float" value="0.5" />
+    </mix>
+    <output name="out" type="color3" nodename="m" />
+  </nodegraph>
+  <half name="h" type="float"><input name="of" type="float" value="0.6" /></half>
+  <CATEGORY name="s" type="surfaceshader">
+    <input name="COLOR" type="color3" nodegraph="g" output="out" />
+    <input name="METAL" type="float" nodename="h" />
+  </CATEGORY>
+  <surfacematerial name="paint" type="material">
+    <input name="surfaceshader" type="surfaceshader" nodename="s" />
+    <input name="displacementshader" type="displacementshader" value="" />
+  </surfacematerial>
+</materialx>
+"""
+"""A document with constants behind nodes, an interface and a node of its own."""
+
+_CATEGORIES = {
+    "standard_surface": ("base_color", "metalness"),
+    "gltf_pbr": ("base_color", "metallic"),
+    "UsdPreviewSurface": ("diffuseColor", "metallic"),
+    "disney_principled": ("baseColor", "metallic"),
+}
+
+
+def _documents() -> list[bytes]:
+    """One of each surface."""
+    found = _whole(materialx.encode)
+    for category, names in _CATEGORIES.items():
+        words = zip((b"CATEGORY", b"COLOR", b"METAL"), (category, *names), strict=True)
+        content = GRAPHS
+        for word, name in words:
+            content = content.replace(word, name.encode())
+        found.append(content)
+    return found
+
+
 _XML_NUMBER = re.compile(r'<input name="\w+" type="(?:float|color3)" value="([^",]+)')
 _XML_WORDS = (
     *("nodename", "nodegraph", "colorspace", "unit", "interfacename", "srgb_texture", "acescg"),
     *("standard_surface", "surfaceshader", "transmission_weight", "emission_color", "boolean"),
     *('<!DOCTYPE a [<!ENTITY b "c">]>', "&b;", "<![CDATA[", "<a>" * 5000, "<!--", "0.1, 0.2"),
-    *("xi:include", "{}", "[[]]", "null", "&quot;", "true"),
+    *("xi:include", "{}", "[[]]", "null", "&quot;", "true", "divide", "switch", "swizzle", "in1"),
+    *(
+        "gltf_pbr",
+        "subsurface",
+        "image",
+        "version",
+        "1.0.0",
+        "channels",
+        "rgb",
+        "vector3",
+        "noise3d",
+    ),
+    *("surfacematerial", "output", "nodedef", "rotate3d", "lin_ciexyzd65_scene", "acescc"),
 )
 
 _USD_NUMBER = re.compile(r"(?:float|color3f) inputs:\w+_\w+ = \(?([^,)\n]+)")
@@ -76,7 +144,7 @@ SPECIMENS = {
     ),
     "MaterialX": Specimen(
         "paint.mtlx",
-        lambda: _whole(materialx.encode),
+        _documents,
         header=100,
         sized=lambda _: [],
         valued=lambda value: _valued(materialx.encode, _XML_NUMBER, value),

@@ -23,10 +23,16 @@ def document(inputs: str = "", attributes: str = "", around: str = "{}") -> str:
     return f'<materialx version="1.39" {attributes}>{around.format(shader)}</materialx>'
 
 
-def loaded(folder, text):
+MATERIAL = (
+    '<surfacematerial name="m" type="material" SHOWN>'
+    '<input name="surfaceshader" type="surfaceshader" nodename="paint"/></surfacematerial>'
+)
+
+
+def loaded(folder, text, **options):
     path = folder / "paint.mtlx"
     path.write_text(text)
-    return nacre.load(path)
+    return nacre.load(path, **options)
 
 
 @pytest.mark.parametrize("brdf", brdfs(), ids=lambda brdf: brdf.model)
@@ -108,25 +114,73 @@ def given(name: str, value: str, kind: str = "float", more: str = "") -> str:
     ("text", "words"),
     [
         (document(given("base_weight", "", more='nodename="x"')), "paint: base_weight: is connect"),
-        (document(given("base_color", "1, 1, 1", "color3", 'colorspace="acescg"')), "'acescg' is"),
+        (
+            document(given("base_color", "1, 1, 1", "color3", 'colorspace="acescc"')),
+            "base_color: color space 'acescc' is none of those read: acescg,",
+        ),
+        (document(given("base_color", "9, 1, 1", "color3")), r"base_color must lie in \[-2, 4\]"),
         (document(given("base_weight", "0.1", more='unit="meter"')), "base_weight: has a unit"),
         (document(given("base_weight", "1, 2")), "base_weight: is not one float"),
         (document(given("base_color", "1")), "base_color: is not a color3"),
         (document(given("base_weight", "x")), "base_weight: 'x' is not made of numbers"),
         (document(given("base_wait", "1")), "paint: base_wait: is not known"),
-        (document(given("specular_ior", "0.5")), r"specular_ior must lie in \[1, 3\]"),
-        (document(given("transmission_weight", "0.5")), "transmission_weight is 0.5: only what"),
-        (document(given("geometry_thin_walled", "true", "boolean")), "geometry_thin_walled is 1"),
-        (document('<input name="geometry_normal" nodename="a"/>'), "geometry_normal: is not read"),
-        (document('<input name="geometry_tangent" nodename="a"/>'), "is not a tangent"),
-        (document().replace("open_pbr", "standard"), "standard_surface; .*Translator"),
-        (document(around="{0}{0}"), "has 2 surfaces"),
-        (document(around='<xi:include href="/etc/passwd"/>{}'), "includes another file"),
-        (document(around="<!-- {} -->"), "has no open_pbr_surface"),
+        (document(given("specular_ior", "0.5")), r"specular_ior must lie in \[1, 100\]"),
+        (document(given("transmission_weight", "0.5")), "transmission_weight is 0.5: transmission"),
+        (document(given("transmission_weight", "2")), r"transmission_weight must lie in \[0, 1\]"),
+        (document(given("subsurface_weight", "1")), "subsurface_weight is 1: subsurface scatter"),
+        (document(given("emission_luminance", "9")), "emission_luminance is 9: emission is not"),
+        (document(given("geometry_opacity", "0.5")), "geometry_opacity is 0.5: opacity other"),
+        (
+            document(
+                '<input name="geometry_normal" nodename="a"/>', around='{}<normalmap name="a"/>'
+            ),
+            "paint: geometry_normal: is not read",
+        ),
+        (
+            document('<input name="geometry_normal" nodename="a"/>'),
+            "connected to 'a', which is not",
+        ),
+        (
+            document(
+                '<input name="geometry_tangent" nodename="a"/>', around='{}<normal name="a"/>'
+            ),
+            "paint: geometry_tangent: is not a tangent",
+        ),
+        (
+            document().replace("open_pbr", "lama"),
+            "is a lama_surface; surfaces that are read: open_",
+        ),
+        (document(around="{0}{0}"), "holds 2 materials; .* --material: paint, paint"),
+        (document(around="{0}{0}").replace("open_pbr_surface", "a"), "holds 2 materials"),
+        (
+            document(around='<xi:include href="/etc/passwd"/><!-- {} -->'),
+            r"includes another file \(/etc/passwd\); save it with all in one",
+        ),
+        (document(around='<material name="a"/><!-- {} -->'), "of MaterialX before 1.38; open and"),
+        (document(around="<!-- {} -->"), "has no material and no surface"),
+        (document(around='{}<surfacematerial name="a"/>'), "a: has no surface"),
+        (
+            document(
+                around='{}<surfacematerial><input name="surfaceshader" nodename="b"/>'
+                "</surfacematerial>"
+            ),
+            "surfaceshader: is connected to 'b', which is not there",
+        ),
+        (
+            document(
+                around='{}<displacement name="d" type="displacementshader"/><surfacematerial '
+                'name="m"><input name="displacementshader" nodename="d"/></surfacematerial>'
+            ),
+            "m: displacementshader: only a surface at the front is read; remove it, or",
+        ),
+        (document().replace("<open_pbr_surface", '<open_pbr_surface nodedef="ND_a"'), "'ND_a'"),
         ('<!DOCTYPE a [<!ENTITY b "c">]>' + document(given("base_weight", "&b;")), "DOCTYPE"),
         (document(around="<a>" * 100 + "{}" + "</a>" * 100), "more than 64 elements"),
         (document()[:-3], "is not whole XML"),
-        (document(around='{}<surfacematerial nacre="[]"/>'), "'nacre' is not what nacre writes"),
+        (
+            document(around=MATERIAL.replace("<surf", "{}<surf").replace("SHOWN", 'nacre="[]"')),
+            "'nacre' is not what nacre writes",
+        ),
     ],
 )
 def test_what_is_not_read_is_named(tmp_path, text, words):
@@ -136,6 +190,10 @@ def test_what_is_not_read_is_named(tmp_path, text, words):
 
 
 def test_what_has_no_effect_is_no_hindrance(tmp_path):
+    texture = '<image name="i" type="float"><input name="file" type="filename" value="a"/></image>'
+    more = '<input name="transmission_depth" type="float" nodename="i"/>'
+    more += given("geometry_thin_walled", "true", "boolean") + given("coat_ior", "0")
+    assert loaded(tmp_path, document(more, around="{}" + texture)).values["coat_ior"] == 1.6
     inputs = given("transmission_color", "1, 0, 0", "color3") + given("subsurface_radius", "2")
     inputs += given("geometry_opacity", "1") + given("geometry_thin_walled", "false", "boolean")
     assert loaded(tmp_path, document(inputs)).model == "openpbr"
@@ -151,3 +209,19 @@ def test_other_materials_are_fitted(tmp_path, monkeypatch):
     wi, wo = (w / np.linalg.norm(w, axis=-1, keepdims=True) for w in (wi, wo))
     errors = np.abs(found.eval(wi, wo) / plain.eval(wi, wo) - 1.0)
     assert np.median(errors) < 0.1
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        lambda text: "<!-- " + "terms and more terms\n" * 200 + "-->\n" + text,
+        lambda text: "\ufeff" + text.replace("\n", "\r\n"),
+        lambda text: '<?xml version="1.0" encoding="utf-16"?>' + text,
+    ],
+    ids=["long comment", "mark and CRLF", "UTF-16"],
+)
+def test_documents_of_other_editors_are_read(tmp_path, changed):
+    text = changed(document(given("base_weight", "0.5")))
+    path = tmp_path / "PAINT.MTLX"
+    path.write_bytes(text.encode("utf-16" if "utf-16" in text else "utf-8"))
+    assert nacre.load(path).values["base_weight"] == 0.5

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -106,7 +108,7 @@ def test_a_binary_layer_is_refused_with_the_fix(path):
         ("float inputs:base_weight = 0.9", "float inputs:opacity = 0.9", "opacity: is not known"),
         ("inputs:base_weight = 0.9", "inputs:transmission_weight = 1", "transmission_weight is 1:"),
         ("(0.6, 0.3, 0.1)", "(0.6, 0.3)", "base_color: is not a color of three numbers"),
-        ("(0.6, 0.3, 0.1)", '(1, 1, 1) (colorSpace = "acescg")', "'acescg' is not one of"),
+        ("(0.6, 0.3, 0.1)", '(1, 1, 1) (colorSpace = "acescc")', "'acescc' is none of"),
         ("ND_open_pbr", "ND_standard", "ND_standard_surface_surfaceshader; only"),
         ("outputs:mtlx:surface.connect", "outputs:b.connect", "its surface is UsdPreviewSurface"),
         ('def Material "paint"', 'def Scope "paint"', "has 0 materials"),
@@ -132,3 +134,27 @@ def test_what_is_not_read_is_named(tmp_path, old, new, words):
 def test_texts_come_back(text):
     layer = usda_text.parse(f"#usda 1.0\n( doc = {usda_text.quoted(text)} )")
     assert layer.metadata["doc"] == text
+
+
+def test_the_opaque_part_is_read_in_any_color_space(tmp_path):
+    path = tmp_path / "paint.usda"
+    nacre.save(brdfs()[0], path)
+    text = path.read_text()
+    weight = re.search(r"inputs:base_weight = [0-9.]+", text)
+    color = re.search(r"inputs:base_color = \([^)]*\)", text)
+    assert weight
+    assert color
+    text = text.replace(
+        color[0], 'inputs:base_color = (0.9, 0.8, 0.7) (colorSpace = "lin_ap1_scene")'
+    )
+    path.write_text(text)
+    expected = (0.978831, 0.788029, 0.682302)
+    np.testing.assert_allclose(nacre.load(path).values["base_color"], expected, atol=1e-6)
+    more = f"{weight[0]}\n                float inputs:transmission_weight = 1"
+    metal = re.sub(r"inputs:base_metalness = [0-9.]+", "inputs:base_metalness = 0", text)
+    path.write_text(metal.replace(weight[0], more))
+    with pytest.raises(FormatError, match=r"transmission is not read.*--opaque-part"):
+        nacre.load(path)
+    found = nacre.load(path, opaque_part=True)
+    assert found.values["base_weight"] == 0.0
+    assert found.notes == ("Transmission is left out (transmission_weight is 1).",)

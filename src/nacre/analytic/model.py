@@ -57,6 +57,9 @@ class Parameter(_Bounded):
     color: bool = False
     """Whether there is one per color channel. In a model that is fitted on samples, such a
     parameter acts on its own channel only."""
+    allowed: tuple[float, float] | None = None
+    """Range of what a material may have, where that is wider than what fits look for: colors of
+    other color spaces, which may leave [0, 1] in Rec. 709. Formulas get `low` for less."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -85,11 +88,18 @@ class Parameter(_Bounded):
         if numbers.shape != self.shape:
             kind = "three numbers" if self.color else "one number"
             raise ValueError(f"{self.name} takes {kind}, got {reprlib.repr(value)}")
-        if not _within(numbers, self.low, self.high):
+        low, high = self.allowed or (self.low, self.high)
+        if not _within(numbers, low, high):
             raise ValueError(
-                f"{self.name} must lie in [{self.low:g}, {self.high:g}], got {reprlib.repr(value)}"
+                f"{self.name} must lie in [{low:g}, {high:g}], got {reprlib.repr(value)}"
             )
         return tuple(numbers.tolist()) if self.color else float(numbers)
+
+    def operand(self, value: Any) -> Any:
+        """What a formula takes for a value: nothing below :attr:`low`."""
+        if self.allowed is None:
+            return value
+        return tuple(max(v, self.low) for v in value) if self.color else max(value, self.low)
 
 
 @dataclass(frozen=True)
@@ -189,8 +199,8 @@ class AnalyticBrdf(LobeSampledBrdf):
     @cached_property
     def operands(self) -> Values:
         """What :meth:`formula` takes: the values, with tables as arrays to gather from."""
-        tables = {table.name for table in self.tables}
-        return {k: Table(v) if k in tables else v for k, v in self.values.items()}
+        found: dict[str, Any] = {p.name: p.operand(self.values[p.name]) for p in self.parameters}
+        return found | {t.name: Table(self.values[t.name]) for t in self.tables}
 
     @property
     def nbytes(self) -> int:

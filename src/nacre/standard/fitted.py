@@ -31,7 +31,7 @@ def fitted(brdf: Brdf, model: type[Model], progress: Progress | None = None) -> 
         return brdf
     if not brdf.isotropic:
         model = cast("type[Model]", MODELS.get(f"{model.model}-anisotropic", model))
-    return analytic.fit(brdf, model, progress=progress)
+    return analytic.fit(brdf, model, progress=progress).replaced(notes=brdf.notes)
 
 
 def write_fitted(

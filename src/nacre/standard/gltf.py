@@ -28,7 +28,7 @@ from nacre.array import Array, Components, namespace
 from nacre.geometry import dot, half_vector, rotate
 from nacre.sampling.visible_normals import MIN_ROUGHNESS
 from nacre.standard.iridescence import Film
-from nacre.standard.parameter_math import largest, of_numbers
+from nacre.standard.parameter_math import WIDE_GAMUT, color_parameter, largest, of_numbers
 from nacre.standard.sheen import charlie, charlie_albedo
 
 MAX_INDEX = 5.0  # germanium has 4; the specification sets no limit
@@ -45,16 +45,21 @@ class Gltf(AnalyticBrdf):
     model = "gltf"
     fitted_on = "pictures"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("baseColorFactor", 0.0, 1.0, (0.02, 0.9), color=True),
+        color_parameter("baseColorFactor"),
         Parameter("metallicFactor", 0.0, 1.0, (0.0, 1.0)),
         Parameter("roughnessFactor", 0.0, 1.0, (0.1, 0.9)),
         Parameter("ior", 1.0, MAX_INDEX, (1.3, 2.0)),
         Parameter("specularFactor", 0.0, 1.0, (0.3, 1.0)),
-        Parameter("specularColorFactor", 0.0, MAX_SPECULAR_COLOR, (0.3, 2.0), color=True),
+        Parameter(
+            "specularColorFactor",
+            *(0.0, MAX_SPECULAR_COLOR, (0.3, 2.0)),
+            color=True,
+            allowed=(WIDE_GAMUT[0], MAX_SPECULAR_COLOR),
+        ),
         Parameter("iridescenceFactor", 0.0, 1.0, (0.0, 0.5)),
         Parameter("iridescenceIor", 1.0, MAX_INDEX, (1.2, 2.0)),
         Parameter("iridescenceThicknessMaximum", 0.0, MAX_THICKNESS, (100.0, 600.0)),
-        Parameter("sheenColorFactor", 0.0, 1.0, (0.0, 0.5), color=True),
+        color_parameter("sheenColorFactor", (0.0, 0.5)),
         Parameter("sheenRoughnessFactor", 0.0, 1.0, (0.2, 0.8)),
         Parameter("clearcoatFactor", 0.0, 1.0, (0.0, 1.0)),
         Parameter("clearcoatRoughnessFactor", 0.0, 1.0, (0.05, 0.5)),
@@ -135,7 +140,7 @@ def _velvet(
     color, roughness = values["sheenColorFactor"], values["sheenRoughnessFactor"]
     fibers = charlie(h, wi, wo, roughness * roughness)
     taken = charlie_albedo(namespace(*wi, *wo).minimum(wi[2], wo[2]), roughness)
-    left = 1.0 - largest(color) * taken
+    left = 1.0 - of_numbers("minimum", largest(color), 1.0) * taken
     red, green, blue = (c * fibers + left * f for c, f in zip(color, base, strict=True))
     return red, green, blue
 

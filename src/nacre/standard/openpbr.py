@@ -46,7 +46,7 @@ from nacre.standard.thin_film import (
 
 
 def _index(name: str) -> Parameter:
-    return Parameter(name, 1.0, 3.0, (1.3, 1.8))
+    return Parameter(name, 1.0, 3.0, (1.3, 1.8), allowed=(1.0, 100.0))
 
 
 _COAT_ANISOTROPY = fraction("coat_roughness_anisotropy", (0.1, 0.8))
@@ -57,9 +57,9 @@ ANGLE = Parameter("angle", -0.5 * math.pi, 0.5 * math.pi, (-0.4 * math.pi, 0.4 *
 class OpenPbr(AnalyticBrdf):
     """OpenPBR Surface with equal roughness along all tangents.
 
-    Parameters have the specification's names and suggested ranges; the film's thickness is in
-    micrometers. Roughnesses below 0.03 act like 0.03, where float32 directions still resolve the
-    lobe.
+    Parameters have the specification's names and suggested ranges, beyond which colors, indices
+    and the film's thickness, in micrometers, may go. Roughnesses below 0.03 act like 0.03, where
+    float32 directions still resolve the lobe.
     """
 
     model = "openpbr"
@@ -82,7 +82,7 @@ class OpenPbr(AnalyticBrdf):
         color_parameter("fuzz_color"),
         fraction("fuzz_roughness", (0.2, 0.9)),
         fraction("thin_film_weight", (0.02, 0.9)),
-        fraction("thin_film_thickness", (0.1, 0.8)),
+        Parameter("thin_film_thickness", 0.0, 1.0, (0.1, 0.8), allowed=(0.0, 100.0)),
         _index("thin_film_ior"),
     )
 
@@ -222,7 +222,7 @@ def _coat(
     red, green, blue = (
         passed
         * _mix(1.0, tint, weight)
-        * _mix(1.0, out / (1.0 - color * kept * (1.0 - out)), darkening)
+        * _mix(1.0, out / (1.0 - bounded(color * kept, 0.0, 1.0) * (1.0 - out)), darkening)
         for color, tint in zip(values["base_color"], values["coat_color"], strict=True)
     )
     return weight * facets.compensated(fresnel) * facets.lobe, (red, green, blue)

@@ -14,9 +14,13 @@ def fraction(name: str, start: tuple[float, float] = (0.05, 0.95)) -> Parameter:
     return Parameter(name, 0.0, 1.0, start)
 
 
+WIDE_GAMUT = (-2.0, 4.0)
+"""Range in Rec. 709 of colors from 0 to 1 in any color space that files name."""
+
+
 def color_parameter(name: str, start: tuple[float, float] = (0.02, 0.9)) -> Parameter:
-    """A color from 0 to 1; fits start within `start`."""
-    return Parameter(name, 0.0, 1.0, start, color=True)
+    """A color from 0 to 1, or what one in another color space is; fits start within `start`."""
+    return Parameter(name, 0.0, 1.0, start, color=True, allowed=WIDE_GAMUT)
 
 
 def of_numbers(name: str, *values: Array) -> Array:

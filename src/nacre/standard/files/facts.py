@@ -13,15 +13,17 @@ from nacre.io.files import check_json
 FACTS = "nacre"
 """Name of the entry for :func:`facts_of` in a file."""
 
-_FACT_KEYS = "name", "metadata"
+_FACT_KEYS = "name", "metadata", "notes"
 
 
 def facts_of(brdf: AnalyticBrdf) -> str:
-    """Name and metadata of a material as JSON, for tools that keep unknown entries.
+    """Name, metadata and notes of a material as JSON, for tools that keep unknown entries.
 
     Raises FormatError if the metadata cannot be written.
     """
-    facts = {"name": brdf.name, "metadata": brdf.metadata}
+    facts: dict[str, Any] = {"name": brdf.name, "metadata": brdf.metadata}
+    if brdf.notes:
+        facts["notes"] = list(brdf.notes)
     try:
         check_json(facts)
         return json.dumps(facts)
@@ -29,22 +31,24 @@ def facts_of(brdf: AnalyticBrdf) -> str:
         raise FormatError(f"metadata cannot be written as JSON: {error}") from error
 
 
-def parsed_facts(text: str | None) -> tuple[str, dict[str, Any]]:
-    """Name and metadata from :func:`facts_of`, empty if a file has no such text.
+def parsed_facts(text: str | None) -> tuple[str, dict[str, Any], tuple[str, ...]]:
+    """Name, metadata and notes from :func:`facts_of`, empty if a file has no such text.
 
     Raises FormatError if the text is not from there.
     """
     if text is None:
-        return "", {}
+        return "", {}, ()
     try:
         facts = json.loads(text)
         check_json(facts)
     except (ValueError, RecursionError) as error:
         raise FormatError(f"{FACTS!r} is not whole JSON: {reason(error)}") from error
-    name, metadata = (facts.get(k) if isinstance(facts, dict) else None for k in _FACT_KEYS)
+    name, metadata, notes = (facts.get(k) if isinstance(facts, dict) else None for k in _FACT_KEYS)
     parts = [metadata.get(k, {}) for k in ("fit", "source")] if isinstance(metadata, dict) else [0]
-    if isinstance(name, str) and all(isinstance(part, dict) for part in parts):
-        return name, dict(metadata or {})
+    notes = [] if notes is None else notes
+    texts = isinstance(notes, list) and all(isinstance(note, str) for note in notes)
+    if isinstance(name, str) and texts and all(isinstance(part, dict) for part in parts):
+        return name, dict(metadata or {}), tuple(notes)
     raise FormatError(f"{FACTS!r} is not what nacre writes; remove it")
 
 
@@ -59,11 +63,11 @@ def node_name(name: str) -> str:
 
 
 def about(brdf: AnalyticBrdf) -> str:
-    """What a file tells people about its material: its source, and the terms of that."""
+    """What a file tells people about its material: its source, notes, and terms of the source."""
     known = brdf.describe()
     parts = []
     if "fitted to" in known:
         parts.append(f"Fitted to {known['fitted to']}, SHA-256 {known.get('fitted to sha256')}.")
     given = brdf.source or {}
     terms = given.get("terms") or known.get("terms of the source") or "not recorded"
-    return printable(" ".join([*parts, f"Terms of the source: {terms}"]))
+    return printable(" ".join([*parts, *brdf.notes, f"Terms of the source: {terms}"]))

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import reprlib
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -51,10 +52,16 @@ _FIX = "bake it to one value, or remove it"
 
 
 def to_json(brdf: Gltf) -> dict[str, Any]:
-    """The material without its name. Layers without effect are left out with all their numbers."""
-    values: dict[str, Any] = {
-        k: list(v) if isinstance(v, tuple) else v for k, v in brdf.values.items()
-    }
+    """The material without its name. Layers without effect are left out with all their numbers.
+
+    Colors are clamped to the format's range.
+    """
+    values: dict[str, Any] = {}
+    for parameter in brdf.parameters:
+        value = brdf.values[parameter.name]
+        low, high = parameter.low, parameter.high
+        clamped = [min(max(v, low), high) for v in value] if isinstance(value, tuple) else value
+        values[parameter.name] = clamped
     core = {name: values[name] for name in _CORE}
     core["baseColorFactor"] = [*core["baseColorFactor"], 1.0]
     extensions = {}
@@ -96,8 +103,10 @@ def from_json(material: Any, name: str, metadata: Mapping[str, Any]) -> Gltf:
     rotation, strength = values["anisotropyRotation"], values["anisotropyStrength"]
     values["anisotropyRotation"] = rotation - math.pi * round(rotation / math.pi)
     model = AnisotropicGltf if strength > _NEGLIGIBLE else Gltf
-    given = {parameter.name: values[parameter.name] for parameter in model.parameters}
     try:
+        for each in model.parameters:
+            replace(each, allowed=None).check(values[each.name])
+        given = {parameter.name: values[parameter.name] for parameter in model.parameters}
         return model(name=name, metadata=metadata, **given)
     except (ValueError, OverflowError) as error:
         raise FormatError(str(error)) from error

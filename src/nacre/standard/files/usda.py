@@ -17,7 +17,9 @@ from nacre.errors import FormatError
 from nacre.io.files import read_bytes
 from nacre.io.format import Format
 from nacre.runtime.progress import Progress
+from nacre.standard.files.color_spaces import to_rec_709
 from nacre.standard.files.facts import FACTS, about, facts_of, node_name
+from nacre.standard.files.opaque_part import OpaquePart
 from nacre.standard.files.openpbr_inputs import (
     KINDS,
     NODE_DEFINITION,
@@ -32,7 +34,6 @@ from nacre.standard.openpbr import OpenPbr
 _LIMIT = 1 << 18
 _RADIUS = 0.1  # of the sphere, in meters
 _OUTPUT = "outputs:mtlx:surface"
-_LINEAR = "lin_rec709", "lin_rec709_scene", "raw"
 _TURN = {"in": "ND_tangent_vector3", "axis": "ND_normal_vector3"}
 """Nodes behind a rotated tangent, by the inputs of ND_rotate3d_vector3."""
 
@@ -160,11 +161,13 @@ def save(brdf: Brdf, path: FilePath, progress: Progress | None = None) -> None:
     write_fitted(brdf, OpenPbr, path, encode, progress)
 
 
-def load(path: FilePath) -> OpenPbr:
+def load(path: FilePath, opaque_part: bool = False) -> OpenPbr:
     """Read the only OpenPBR surface in a layer.
 
-    Raises FormatError with the prim, the input and the fix, if there is none or another surface, or
-    an input is not constant, out of bounds, or in an unknown color space.
+    With `opaque_part`, transmission, subsurface scattering (which becomes diffuse), emission and
+    opacity are left out, and the material's notes say so. Raises FormatError with the prim, the
+    input and the fix, if there is none or another surface, or an input is not constant, out of
+    bounds, or in an unknown color space.
     """
     data = read_bytes(path, _LIMIT)
     if data.startswith(b"PXR-USDC"):
@@ -176,7 +179,9 @@ def load(path: FilePath) -> OpenPbr:
     if not text.startswith("#usda 1."):
         raise FormatError(f"{path}: does not begin with #usda 1.0")
     try:
-        return _Material(dict(parse(text).walk())).brdf()
+        opaque = OpaquePart(opaque_part)
+        brdf = _Material(dict(parse(text).walk())).brdf(opaque)
+        return brdf.replaced(notes=tuple(opaque.notes))
     except FormatError as error:
         raise FormatError(f"{path}: {error}") from error
 
@@ -192,7 +197,7 @@ class _Material:
             raise FormatError(f"has {len(found)} materials ({names}); one is read")
         ((self.path, self.prim),) = found.items()
 
-    def brdf(self) -> OpenPbr:
+    def brdf(self, opaque: OpaquePart) -> OpenPbr:
         shader = self._connected(self.prim, _OUTPUT) or self._connected(
             self.prim, "outputs:surface"
         )
@@ -223,7 +228,7 @@ class _Material:
         data = self.prim.metadata.get("customData", {})
         facts = data.get(FACTS) if isinstance(data, dict) else None
         angle = next(iter(angles.values()), None)
-        return read(inputs, angle, facts if isinstance(facts, str) else None)
+        return read(inputs, angle, facts if isinstance(facts, str) else None, opaque)
 
     def _connected(self, prim: Prim, name: str) -> Prim | None:
         """The prim that an input or output of another is connected to."""
@@ -251,17 +256,17 @@ def _node(shader: Prim) -> str:
 
 
 def _value(field: str, found: Property, kind: type) -> Input:
-    space = found.metadata.get("colorSpace", _LINEAR[0])
-    if space not in _LINEAR:
-        known = ", ".join(_LINEAR)
-        raise FormatError(f"{field}: color space {str(space)[:40]!r} is not one of {known}")
     value = found.value
     if kind is float and isinstance(value, float):
         return value
-    if kind is tuple and isinstance(value, tuple) and len(value) == 3:
-        red, green, blue = value
-        if all(isinstance(c, float) for c in value):
-            return red, green, blue
+    color = isinstance(value, tuple) and len(value) == 3
+    if kind is tuple and color and all(isinstance(c, float) for c in value):
+        space = str(found.metadata.get("colorSpace", ""))
+        try:
+            red, green, blue = to_rec_709(value, space).tolist()
+        except FormatError as error:
+            raise FormatError(f"{field}: {error}") from error
+        return red, green, blue
     wanted = "a color of three numbers" if kind is tuple else "one number"
     raise FormatError(f"{field}: is not {wanted}, but {str(value)[:40]!r}")
 
