@@ -73,6 +73,9 @@ _SIGNATURES = {
     "Zemax BSDF": Signature(
         "nacre.measured.zemax:FORMAT", (".zemax.bsdf", ".bsdf"), rb"(?i)\A(?=.*source).*symmetry"
     ),
+    "universal BRDF file (BiRD)": Signature(
+        "nacre.measured.bird:FORMAT", (".bird.brdf", ".brdf"), rb"\A\s*\{.*brdf_json_schema"
+    ),
     "Speos BSDF": Signature(
         "nacre.measured.speos:FORMAT", (".brdf",), rb"\AOPTIS - brdf surface file"
     ),
@@ -89,6 +92,9 @@ _SIGNATURES = {
     ),
     "SSDD": Signature("nacre.measured.ssdd:FORMAT", (".ssdd",), rb"\A\s*VERSION .*DATA_TYPE"),
     "OpenMATERIAL 3D": Signature("nacre.measured.openmaterial:FORMAT", (".xompt",), None),
+    "OpenMATERIAL 3D material": Signature(
+        "nacre.measured.openmaterial:MATERIAL", (".xomp",), None, writes=False
+    ),
     "MaterialX": Signature(
         "nacre.standard.files.materialx:FORMAT", (".mtlx",), rb"<materialx", measured=False,
         by_ending=True,

@@ -19,7 +19,7 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.brdf import Brdf
-from nacre.errors import FormatError, printable, reason
+from nacre.errors import FormatError, in_words, printable, reason
 from nacre.geometry import from_spherical, join, split, to_spherical
 from nacre.io.files import PathLike, atomic_path, read_bytes
 from nacre.io.format import Format
@@ -37,23 +37,38 @@ _LONGEST = 17.16e-3  # m; the schema's
 _LARGEST = float(np.finfo(np.float32).max)
 _TURN = 6.283185  # rad; the schema's largest azimuth
 _SLACK = 1e-4  # radians by which angles may exceed their range
+_OTHER_TABLES = {
+    "opticalProperties": "indices of refraction",
+    "electromagneticProperties": "electromagnetic properties",
+    "reflectionCoefficients": "reflection coefficients for radar",
+}
+"""Tables of other kinds, by what they are called in files."""
 _SPACE = uuid.UUID("9a1f43f2-6f0c-4c8c-9d9f-0d2d6b7f6a10")
 """Of the names that identifiers of written files are made from."""
 
 
 def load(path: PathLike) -> ScatteredBrdf:
-    """Read a ``_brdf.xompt`` file of scattered samples.
+    """Read a ``_brdf.xompt`` file of scattered samples, or the one that a ``.xomp`` material names.
 
     Samples must be at the same directions for every wavelength. Rows with a null are left out. A
     FormatError says that the file cannot be read, is not JSON or is another look-up table, or that
     a value is missing or out of range.
     """
     content = _read(path)
+    if isinstance(content.get("materialProperties"), dict):
+        return _of_material(path, content["materialProperties"])
+    return _from_table(path, content)
+
+
+def _from_table(path: PathLike, content: dict[str, Any]) -> ScatteredBrdf:
     metadata = content.get("metadata")
     if not isinstance(metadata, dict):
         raise FormatError(f"{path}: metadata: missing")
     brdf = content.get("brdf")
     if not isinstance(brdf, dict) or not isinstance(brdf.get("lookupTable"), list):
+        known = [text for key, text in _OTHER_TABLES.items() if key in content]
+        if known:
+            raise FormatError(f"{path}: holds {known[0]}, no reflectance")
         held = ", ".join(str(key) for key in content if key not in ("metadata", "$schema"))
         raise FormatError(f"{path}: brdf.lookupTable: missing (the file has: {held[:80]})")
     rows, nulls = _rows(path, brdf["lookupTable"])
@@ -75,6 +90,27 @@ def load(path: PathLike) -> ScatteredBrdf:
         wavelengths=wavelengths,
         facts=facts | {"dropped as null": nulls},
     )
+
+
+def _of_material(path: PathLike, properties: dict[str, Any]) -> ScatteredBrdf:
+    """The first table of reflectance that a material refers to and that lies beside it."""
+    listed = properties.get("brdfUris")
+    if not isinstance(listed, list) or not listed:
+        raise FormatError(f"{path}: materialProperties: names no table of reflectance (brdfUris)")
+    folder = Path(path).parent
+    for uri in listed:
+        if not isinstance(uri, str) or not uri or Path(uri).name != uri:
+            shown = printable(str(uri)[:80])
+            raise FormatError(f"{path}: brdfUris: {shown!r} is not the name of a file beside it")
+    found = [folder / uri for uri in listed if (folder / uri).is_file()]
+    if not found:
+        names = ", ".join(listed)[:200]
+        raise FormatError(f"{path}: brdfUris: none of {printable(names)} lies beside it")
+    brdf = _from_table(found[0], _read(found[0]))
+    notes = [f"The table is {found[0].name}, which {Path(path).name} names."]
+    if others := [uri for uri in listed if uri != found[0].name]:
+        notes.append(f"It also names {printable(in_words(others[:8]))}, which is left out.")
+    return brdf.replaced(notes=(*notes, *brdf.notes))
 
 
 def _read(path: PathLike) -> dict[str, Any]:
@@ -230,3 +266,4 @@ FORMAT = Format(
     resolution=Resolution,
     keeps_bands=lambda *_: True,
 )
+MATERIAL = Format("OpenMATERIAL 3D material", (".xomp",), None, load)
