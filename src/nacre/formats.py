@@ -107,6 +107,10 @@ _SIGNATURES = {
         "nacre.measured.comma_separated:FORMAT", (".csv",),
         rb"(?i)\A(?!tensor_file).*theta_|\A\s*astm",
     ),
+    "RT-300S export": Signature(
+        "nacre.measured.goniometer.raw:FORMAT", (".jdv",),
+        rb"RT-300S\)|Calibration.*Reflet", writes=False,
+    ),
     "table of a goniometer": Signature(
         "nacre.measured.goniometer.reader:FORMAT", (".txt", ".csv", ".tsv", ".dat", ".xlsx"),
         rb"\APK\x03\x04.*(\[Content_Types\]\.xml|docProps/|xl/)", writes=False, by_ending=True,

@@ -30,6 +30,6 @@ def _rows(projects: dict[str, str]) -> Iterator[str]:
 
 def _outcome(real: Real) -> str:
     if real.refused:
-        return f"refuses it: “{real.refused}”"
-    told = ", ".join(f"{key}={value!r}" for key, value in real.options.items())
-    return f"reads it{f' with `{told}`' if told else ''}; {real.checked}"
+        other = "; `--opaque-part` reads the rest" if real.opaque_part else ""
+        return f"refused: {real.refused}{other}"
+    return f"read; {real.checked} (`{Path(real.test).name}`)"

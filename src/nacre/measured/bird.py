@@ -294,8 +294,8 @@ def save(brdf: Brdf, path: PathLike) -> None:
     """Write a universal BRDF file, whole or not at all; each wavelength of a pair is an entry.
 
     What was read is written back with all that its file held. Anything else has metadata that say
-    that nacre computed the values; colors become spectra that have them. A FormatError says that the path cannot be
-    written, or that `brdf` is not known anywhere.
+    that nacre computed the values; colors become spectra that have them. A FormatError says that
+    the path cannot be written, or that `brdf` is not known anywhere.
     """
     if isinstance(brdf, BirdBrdf) and brdf.document is not None:
         write_encoded(path, _encoded, brdf.document)

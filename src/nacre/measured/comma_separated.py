@@ -10,6 +10,7 @@ is the standard deviation of the noise of these. See :mod:`nacre.measured.sample
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -32,7 +33,8 @@ from nacre.measured.scattered import ScatteredBrdf, tabulate
 _SIZE_LIMIT = 1 << 28
 _COUNTS = ("samples", "num_points")  # header keys of the number of samples: ours, and ASTM's
 _USED = ("units", "values", *_COUNTS)
-_VIEWS = b"theta_o", b"theta_s", b"theta_r"  # names of the angle of the viewer
+_NAMES = rb"theta_i\b", rb"phi_i\b", rb"theta_[osr]\b", rb"phi_[osr]\b"
+"""Names of columns that tables of this kind have; others are read as those of goniometers."""
 _LARGEST = 3.4028234e38  # of what is written: below the largest float32, which nine digits round up
 
 _Array = npt.NDArray[np.float64]
@@ -188,8 +190,7 @@ def _recognize(head: bytes) -> bool:
     text = head.lstrip().lower()
     if text.startswith(b"tensor_file"):  # has fields of such names
         return False
-    named = b"theta_i" in text and any(name in text for name in _VIEWS)
-    return named or text.startswith(b"astm")
+    return text.startswith(b"astm") or all(re.search(name, text) for name in _NAMES)
 
 
 FORMAT = Format(

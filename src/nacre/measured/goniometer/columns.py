@@ -27,6 +27,10 @@ _VIEW = _words(
     "viewer viewed det detector receiver rec rx measure measured measurement measuring sensor obs",
     "observation observer emission emergence exit e vza vaa output camera",
 )
+_ALONE = _words(
+    "inc incident incidence aoi sza emission emergence exit detector viewing viewer vza"
+)
+"""Words that mean an angle from the normal where nothing else is said."""
 _ZENITH = _words("theta zenith zen z polar angle th sza vza aoi incidence")
 _AZIMUTH = _words("phi azimuth azimuthal azi az a saa vaa azim")
 _RELATIVE = _words("raa rel relative dphi delta difference diff")
@@ -154,7 +158,7 @@ def _role(name: str) -> str | None:
     light, view = bool(words & _LIGHT), bool(words & _VIEW)
     if (azimuth and words & _RELATIVE) or words & {"raa", "dphi"}:
         return "phi"
-    if light != view and (azimuth or zenith or (light and words <= _LIGHT)):
+    if light != view and (azimuth or zenith or words <= _ALONE):
         side = "i" if light else "o"
         return f"phi_{side}" if azimuth and not zenith else f"theta_{side}"
     if azimuth and not light and not view and not zenith:
