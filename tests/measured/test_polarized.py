@@ -64,7 +64,7 @@ def test_half_a_turn_stands_for_its_mirror_image(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"wvls": None}, "field 'wvls' is missing"),
+        ({"wvls": None}, "is missing, found"),
         ({"wvls": np.array([650, 450, 500, 550, 600], np.uint16)}, "'wvls': must be positive"),
         ({"theta_h": np.array([[3.0, 2.0, 1.0]], np.float32)}, "field 'theta_h': must increase"),
         ({"M": np.zeros((2, 2, 2, 5, 4, 4), np.float32)}, "field 'M': has shape"),

@@ -50,8 +50,8 @@ BASES = {
     "LBNL/Klems Full": Basis(
         (0, 5, 15, 25, 35, 45, 55, 65, 75, 90), (1, 8, 16, 20, 24, 24, 24, 16, 12)
     ),
-    "LBNL/Klems Half": Basis((0, 6.5, 19.5, 32.5, 46.5, 61.5, 76.5, 90), (1, 8, 12, 16, 20, 12, 4)),
-    "LBNL/Klems Quarter": Basis((0, 9, 27, 46, 66, 90), (1, 8, 12, 12, 8)),
+    "LBNL/Klems Half": Basis((0, 6.5, 19.5, 32.5, 45.5, 58.5, 71.5, 90), (1, 8, 12, 16, 20, 12, 8)),
+    "LBNL/Klems Quarter": Basis((0, 9, 27, 45, 63, 90), (1, 8, 12, 12, 8)),
 }
 """The usual bases, for files that name one without its rings."""
 

@@ -28,7 +28,8 @@ _VIEW = _words(
     "observation observer emission emergence exit e vza vaa output camera",
 )
 _ALONE = _words(
-    "inc incident incidence aoi sza emission emergence exit detector viewing viewer vza"
+    "inc incident incidence incoming in light source aoi sza",
+    "emission emergence exit outgoing out detector view viewing viewer vza",
 )
 """Words that mean an angle from the normal where nothing else is said."""
 _ZENITH = _words("theta zenith zen z polar angle th sza vza aoi incidence")
