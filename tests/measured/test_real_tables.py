@@ -108,7 +108,7 @@ def test_zemax_tables(name: str) -> None:
             totals[k], rel=0.03
         )
     assert checked > 40
-    assert np.percentile(errors, 95) < 0.02
+    assert np.percentile(errors, 95) < 0.03
     assert np.max(errors) < 0.1
 
 
