@@ -146,9 +146,9 @@ def test_a_new_format_is_asked_first(tmp_path, monkeypatch):
         formats.FORMATS.register("other", gray)
 
 
-@pytest.mark.parametrize("name", list(formats._SIGNATURES))
+@pytest.mark.parametrize("name", list(SIGNATURES))
 def test_a_signature_says_what_the_entry_says(name):
-    signature, entry = formats._SIGNATURES[name], formats.FORMATS[name]
+    signature, entry = SIGNATURES[name], formats.FORMATS[name]
     assert entry.name == name
     said = signature.extensions, signature.kind, signature.measured
     assert said == (entry.extensions, entry.kind, entry.measured)
@@ -167,7 +167,7 @@ def test_a_signature_leaves_out_nothing_that_the_entry_recognizes():
     for head in [*(head for _, head in HEADS), *others, *ODD]:
         for entry in entries:
             if entry.recognize(head):
-                assert formats._SIGNATURES[entry.name].allows(head), (entry.name, head[:80])
+                assert SIGNATURES[entry.name].allows(head), (entry.name, head[:80])
 
 
 SHARED = {"comma-separated samples", "Cornell scan", "NumPy archive of a BTF", "MERL array (.npz)"}
@@ -191,7 +191,7 @@ def test_a_process_that_loads_a_table_imports_no_other_format(tmp_path):
     code = f"import sys, nacre; nacre.load({str(path)!r}); print(*sys.modules)"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = set(ran.stdout.split())
-    places = {signature.place.partition(":")[0] for signature in formats._SIGNATURES.values()}
+    places = {signature.place.partition(":")[0] for signature in SIGNATURES.values()}
     assert loaded & places == {"nacre.measured.rgl"}
     assert not loaded & {"numba", "scipy", "rich", "click"}
 

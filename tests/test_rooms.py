@@ -30,6 +30,7 @@ TOP = {
     "geometry.py",
     "registry.py",
     "render.py",
+    "signatures.py",
 }
 """Interfaces, registries, and what every room speaks in: directions, colors, arrays, errors."""
 

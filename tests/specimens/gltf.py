@@ -19,7 +19,7 @@ _BRDF = cast(Gltf, EXAMPLES["gltf-anisotropic"])
 
 def _content() -> dict[str, Any]:
     material = {"name": "paint", **gltf_material.to_json(_BRDF)}
-    return {"asset": {"version": "2.0"}, "materials": [material, {"name": "plain"}]}
+    return {"asset": {"version": "2.0"}, "materials": [material]}
 
 
 def _files() -> list[bytes]:

@@ -41,6 +41,11 @@ _TEXTS: tuple[tuple[str, str], ...] = (
         "is a Git LFS pointer, not the data; run 'git lfs pull' in its folder",
     ),
     (r"(\.\./)*(\.git)?/annex/objects/", f"is a git-annex pointer: {_ANNEX}"),
+    (
+        r"(datatype:[^\n]{0,40}\(rt-300s\)|calibration\b.{0,400}\breflet\b)",
+        "holds raw signals of an RT-300S or Reflet goniometer, not reflectance; convert it to f_r "
+        "first, for example with bsdf-tools, and give the Zemax or FRED file",
+    ),
     (r"\[internetshortcut\]", f"is a link to a web page, not data: open it and {_AGAIN}"),
 )
 """Beginnings of texts, in any case, behind a byte order mark and blanks."""

@@ -26,6 +26,7 @@ from nacre.measured.specular_nodes import ROTATIONS, Resolution, directions
 from nacre.sampling import check_isotropic
 
 _SIZE_LIMIT = 1 << 28
+_ENDING = ".fred.txt"
 _TITLE = "type bsdf_data"
 _LARGEST = float(np.finfo(np.float32).max)
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -105,8 +106,11 @@ def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> No
     """Write tabulated scatter for FRED, whole or not at all: luminance, in degrees.
 
     Scattered samples of isotropic materials are written as they are; anything else is tabulated,
-    every 30 degrees of the azimuth of the light if it is anisotropic.
+    every 30 degrees of the azimuth of the light if it is anisotropic. A FormatError says that the
+    name does not end in ``.fred.txt``, as any text could end in ``.txt``.
     """
+    if not Path(path).name.lower().endswith(_ENDING):
+        raise FormatError(f"{path}: a table for FRED ends in {_ENDING}: {Path(path).stem}{_ENDING}")
     check_isotropic(brdf)
     with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         file.write(f"{_TITLE}\nformat angles=deg bsdf=value scale=1\n")
@@ -141,7 +145,7 @@ def _turned(w: Floats, degrees: float) -> Floats:
 
 FORMAT = Format(
     "FRED scatter",
-    (".fred.txt", ".txt"),
+    (_ENDING, ".txt"),
     lambda head: head.lstrip().lower().startswith(b"type bsdf_data"),
     load,
     save,
