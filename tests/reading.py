@@ -16,6 +16,7 @@ from nacre.btf import Btf
 from nacre.errors import FormatError, MissingExtraError, NacreError
 from nacre.io.format import HEAD, Format
 from nacre.measured import ScatteredBrdf
+from nacre.measured.specular_nodes import Resolution
 from nacre.measured.textures.ubo2014.reader import Ubo2014Btf
 from tests.fuzz.readers import Reader
 from tests.specimens import Specimen
@@ -162,7 +163,8 @@ def _check_writing(entry: Format, loaded: Brdf | Btf, again: Path) -> None:
     assert entry.save is not None
     if entry.model and not str(getattr(loaded, "model", "")).startswith(entry.model):
         return  # a model is fitted to it first
-    entry.save(loaded, again)
+    coarse = {"resolution": Resolution(2, 4, 3)} if entry.resolution is Resolution else {}
+    entry.save(loaded, again, **coarse)
     back = entry.load(again)
     if isinstance(loaded, Btf):
         assert isinstance(back, Btf)

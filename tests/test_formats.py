@@ -18,6 +18,7 @@ from nacre.io.files import digest
 from nacre.io.format import HEAD, Format
 from nacre.measured import utia
 from nacre.neural import Layer, NeuralBrdf
+from nacre.signatures import SIGNATURES
 from nacre.textures.codecs.codec_file import PUBLISHED as CODEC
 from tests.specimens import SPECIMENS
 from tests.textures.support import assert_refused

@@ -188,6 +188,9 @@ def describe_kind(path: PathLike) -> str:
         return other
     with suppress(FormatError):
         entry = identify(path)
+        by_ending = entry.name in SIGNATURES and SIGNATURES[entry.name].by_ending
+        if by_ending and entry.claims is not None and not entry.claims(resolve(path)):
+            return ""
         return f"{_WORDS[entry.kind]} ({entry.name})"
     return ""
 
@@ -398,13 +401,15 @@ def target(path: PathLike, kind: Kind = "brdf") -> Format:
     """
     name, suffix = Path(path).name.lower(), Path(path).suffix.lower()
     possible = _possible(lambda s: s.writes and suffix in s.extensions)
-    found = [e for e in possible if e.save is not None and suffix in e.extensions]
+    found = [e for e in possible if e.save is not None and name.endswith(e.written)]
     # The longest ending decides where one is the end of another.
-    found.sort(key=lambda entry: -max(len(e) for e in entry.extensions if name.endswith(e)))
+    found.sort(key=lambda entry: -max(len(e) for e in entry.written if name.endswith(e)))
     for entry in found:
         if entry.kind == kind:
             return entry
-    endings = _endings(entry for entry in formats(kind) if entry.save is not None)
+    endings = ", ".join(
+        dict.fromkeys(e for entry in formats(kind) if entry.save is not None for e in entry.written)
+    )
     if found:
         held = f"{found[0].name} files hold {_WORDS[found[0].kind]}"
         raise FormatError(f"{path}: {held}, not {_WORDS[kind]} (known: {endings})")
@@ -412,10 +417,6 @@ def target(path: PathLike, kind: Kind = "brdf") -> Format:
         raise FormatError(f"{path}: is a directory, expected a file name (known: {endings})")
     what = "to write" if kind == "brdf" else "for textures"
     raise FormatError(f"{path}: no format {what} ends in {suffix!r} (known: {endings})")
-
-
-def _endings(entries: Iterable[Format]) -> str:
-    return ", ".join(dict.fromkeys(ending for entry in entries for ending in entry.extensions))
 
 
 def loses_bands(brdf: Brdf, path: PathLike, anew: bool = False) -> bool:

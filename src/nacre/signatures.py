@@ -50,11 +50,11 @@ SIGNATURES: dict[str, Signature] = {
     "Zemax BSDF": Signature(
         "nacre.measured.zemax:FORMAT", (".zemax.bsdf", ".bsdf"), rb"(?i)\A(?=.*source).*symmetry"
     ),
-    "universal BRDF file (BiRD)": Signature(
-        "nacre.measured.bird:FORMAT", (".bird.brdf", ".brdf"), rb"\A\s*\{.*brdf_json_schema"
-    ),
     "Speos BSDF": Signature(
         "nacre.measured.speos:FORMAT", (".brdf",), rb"\AOPTIS - brdf surface file"
+    ),
+    "universal BRDF file (BiRD)": Signature(
+        "nacre.measured.bird:FORMAT", (".bird.brdf", ".brdf"), rb"\A\s*\{.*brdf_json_schema"
     ),
     "Speos anisotropic BSDF": Signature(
         "nacre.measured.speos_anisotropic:FORMAT", (".anisotropicbsdf",),

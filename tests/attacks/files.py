@@ -294,7 +294,7 @@ ATTACKS = {
     ),
     "cornell-bands": Attack(
         "claims a billion wavelengths",
-        one("a.brdf", b"# paint\n1000000000\n400 500 600\n"),
+        one("a.brdf", b"# Cornell, paint\n1000000000\n400 500 600\n"),
         "number of bands",
     ),
     "scene-laughs": Attack(

@@ -127,7 +127,7 @@ def test_a_bad_file_among_several_does_not_stop_the_others(command, folder, tmp_
     arguments = ["bad.binary", folder / "table.binary", "--epochs", 1, "--samples", 2000]
     done = command("fit", *arguments, cwd=tmp_path)
     assert done.returncode == 1
-    assert "bad.binary: content is of no known format" in done.stderr
+    assert "bad.binary: is of no known format" in done.stderr
     assert "675 weights" in done.stdout
     assert {p.name for p in tmp_path.glob("*.safetensors")} == {"table.safetensors"}
 
@@ -452,7 +452,7 @@ def test_convert_takes_one_material_of_a_table(command, tmp_path):
     (tmp_path / "ward.fit").write_text("\n".join(lines))
     done = command("convert", "ward.fit", "-o", "x.json", cwd=tmp_path)
     assert done.returncode == 2
-    assert "choose one of brass, steel" in done.stderr
+    assert "as --material: brass, steel" in done.stderr
     done = command("convert", "ward.fit", "-o", "x.json", "--material", "steel", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert nacre.load(tmp_path / "x.json").name == "steel"

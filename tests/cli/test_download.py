@@ -103,7 +103,7 @@ def test_a_file_that_is_there_stays(server, tmp_path):
     mine.write_bytes(b"mine")
     done = download("rgl", "paper_white", "-o", ".", "--mirror", server.url, cwd=tmp_path)
     assert done.returncode == 2
-    assert "paper_white_rgb.bsdf: exists and nothing in it says that nacre wrote it" in done.stderr
+    assert "paper_white_rgb.bsdf: exists, and nothing in it says that nacre wrote it" in done.stderr
     assert mine.read_bytes() == b"mine"
 
 

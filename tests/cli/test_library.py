@@ -56,7 +56,7 @@ def test_failures_are_listed_at_the_end_with_exit_code_1(folder, capsys):
     done = capsys.readouterr()
     assert done.out == "lib: 3 fitted, 2 failed\n"
     first, second = done.err.splitlines()
-    assert first.startswith("nacre: bad.binary: content is of no known format")
+    assert first.startswith("nacre: bad.binary: is of no known format")
     assert second.startswith("nacre: short.binary: ")
     assert "the file is cut short" in second
 
@@ -97,7 +97,7 @@ def test_a_local_cluster_is_started_and_its_dashboard_told(folder, capsys):
     (link,) = (line for line in done.err.splitlines() if line.startswith("dashboard"))
     failure = done.err.splitlines()[-1]
     assert re.fullmatch(r"dashboard: http://127\.0\.0\.1:\d+/status", link)
-    assert failure.startswith("nacre: bad.binary: content is of no known format")
+    assert failure.startswith("nacre: bad.binary: is of no known format")
     fits = contents(folder / "here")
     del fits["library.jsonl"]
     assert fits.items() <= contents(folder / "lib").items()

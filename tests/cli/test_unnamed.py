@@ -74,7 +74,7 @@ def test_a_file_is_named_and_lines_to_type_are_commands(
         ("lab/x.bsdf", "lab/x.bsdf: no such file"),
         ("nowhere/x.bsdf", "nowhere/x.bsdf: no such file"),
         ("rgl:paper_whit", "did you mean rgl:paper_white"),
-        ("notes.txt", "notes.txt: content is of no known format"),
+        ("notes.txt", "notes.txt: is of no known format"),
         ("encode", "did you mean nacre latent encode"),
     ],
 )

@@ -14,8 +14,10 @@ import numpy as np
 import nacre
 from nacre.brdf import Brdf
 from nacre.latent import PcaBasis, PcaRecipe
-from nacre.measured import MbsdfBrdf, ScatteredBrdf, radiance, rgl, rgl_tables, utia
+from nacre.measured import MbsdfBrdf, ScatteredBrdf, bird, radiance, rgl, rgl_tables, utia
+from nacre.measured.klems import BASES, KlemsBrdf
 from nacre.measured.merl import Resolution, tabulate
+from nacre.measured.polarized import PolarizedBrdf
 from nacre.measured.rgl import RglBrdf
 from nacre.neural import Layer, NeuralBrdf
 from nacre.neural.inputs import (
@@ -95,6 +97,27 @@ def mbsdf_table() -> MbsdfBrdf:
     return MbsdfBrdf(np.random.default_rng(0).random((5, 5, 7, 3), dtype=np.float32))
 
 
+def klems_matrix() -> KlemsBrdf:
+    """Patches of random numbers."""
+    basis = BASES["LBNL/Klems Quarter"]
+    shape = basis.patches, basis.patches, 3
+    return KlemsBrdf(np.random.default_rng(0).random(shape, dtype=np.float32), basis, basis)
+
+
+def polarized_table() -> PolarizedBrdf:
+    """Nodes of random numbers, at half a turn."""
+    nodes = [np.linspace(0.0, end, count) for end, count in ((math.pi, 5), (1.57, 4), (1.57, 4))]
+    spectra = np.random.default_rng(0).random((5, 4, 4, 3), dtype=np.float32)
+    return PolarizedBrdf(*nodes, spectra, [450.0, 550.0, 650.0])
+
+
+def bird_scan() -> Brdf:
+    """A scan with what its file says beside the samples."""
+    path = _path("scan.bird.brdf")
+    bird.save(scan(network(True)), path)
+    return bird.load(path)
+
+
 def scan(brdf: Brdf) -> ScatteredBrdf:
     """Samples of a reflectance at random directions."""
     wi, wo = pairs(1000)
@@ -132,6 +155,9 @@ MATERIALS: dict[str, Callable[[], Brdf]] = {
     "UTIA table of a network": lambda: utia.tabulate(network(False)),
     "RGL table of a network": lambda: rgl.tabulate(network(True)),
     "MDL table": mbsdf_table,
+    "Klems matrix": klems_matrix,
+    "polarized table": polarized_table,
+    "scan of a universal BRDF file": bird_scan,
     "isotropic RGL table": lambda: rgl_table((0.0,)),
     "anisotropic RGL table": lambda: rgl_table(ANISOTROPIC),
     "spectral RGL table": spectral_table,
@@ -155,7 +181,8 @@ _LIKE_OTHERS = {
     *("isotropic network of enhanced inputs", "anisotropic physical network"),
     *("network of stereographic inputs", "code of a hypernetwork", "isotropic RGL table"),
     *("UTIA table of a network", "RGL table of a network", "anisotropic tensor trees"),
-    *("isotropic scattered samples", "chrome.h5", "specular-black-phenolic.h5"),
+    *("scan of a universal BRDF file", "isotropic scattered samples"),
+    *("chrome.h5", "specular-black-phenolic.h5"),
     *(name for name in EXAMPLES if name.endswith("anisotropic") or name.startswith("disney")),
     *list_data("rgl", "*.bsdf")[1:],
     *list_data("cornell", "*.brdf")[1:],

@@ -248,9 +248,6 @@ def test_broken_files_are_refused(tmp_path: Path, old: str, new: str, words: str
         (b"", "is empty"),
         (b"# units: degrees\n", "no line that names columns"),
         (b"VARS\n", "theta_i, phi_i, theta_o, phi_o missing"),
-        (PLAIN.encode("utf-16"), "is UTF-16 text, not UTF-8"),
-        (PLAIN.encode("utf-16-le"), "is UTF-16 text, not UTF-8"),
-        (PLAIN.replace("red", "r\xf6t").encode("latin-1"), "save the file as UTF-8"),
         (PLAIN.partition("\n30")[0].encode(), "holds no samples"),
         (PLAIN.replace("30,", "120,").replace("60,", "120,").encode(), "no sample is above"),
     ],
@@ -266,10 +263,12 @@ def test_a_file_that_we_wrote_is_refused_when_cut_at_a_line(tmp_path: Path) -> N
     assert_refused(write(tmp_path / "cut.csv", b"".join(lines[:-1])), "holds 1 samples", "says 2")
 
 
-@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-be", "latin-1"])
-def test_a_wrong_encoding_is_named_whoever_reads(tmp_path: Path, encoding: str) -> None:
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])
+def test_text_of_any_usual_encoding_is_the_same_table(tmp_path: Path, encoding: str) -> None:
     data = PLAIN.replace("red", "r\xf6t").encode(encoding)
-    support.assert_refused(nacre.load, write(tmp_path / "a.csv", data), "UTF-8")
+    assert nacre.load(write(tmp_path / "a.csv", data)) == nacre.load(
+        write(tmp_path / "a.csv", PLAIN.replace("red", "r\xf6t").encode())
+    )
 
 
 LONG = 400_000

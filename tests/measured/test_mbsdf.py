@@ -94,7 +94,7 @@ def test_scalar_files_are_gray_and_stay_scalar(tmp_path: Path) -> None:
         ("transmission_scalar_theta_2_phi_4", "holds transmission; nacre reads reflection only"),
         (f"{SCALAR[5:]}_transmission_scalar_theta_2_phi_4", "transmission beside reflection"),
         ("none", "holds no values"),
-        ("file_format_error", "content is of no known format"),
+        ("file_format_error", "is of no known format"),
     ],
 )
 def test_what_is_not_reflectance_alone_is_refused_by_name(name: str, message: str) -> None:

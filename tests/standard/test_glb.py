@@ -157,11 +157,11 @@ def test_files_of_other_tools_are_read(tmp_path: Path) -> None:
     both = {"anisotropyStrength": 0.5, "anisotropyRotation": 2.0}
     turned = {"name": "turned", "extensions": {"KHR_materials_anisotropy": both}}
     path.write_text(json.dumps({"materials": [{"doubleSided": True, "extras": 1}, turned]}))
-    first, second = load_brdf(path), load_brdf(path, "turned")
+    first, second = load_brdf(path, "1"), load_brdf(path, "turned")
     assert first.values["baseColorFactor"] == (1.0, 1.0, 1.0)
     assert first.values["metallicFactor"] == first.values["roughnessFactor"] == 1.0
     assert second.values["anisotropyRotation"] == pytest.approx(2.0 - math.pi)
-    with pytest.raises(FormatError, match="has no material 'x'; it has turned"):
+    with pytest.raises(FormatError, match=r"has no material 'x' among its 2"):
         load_brdf(path, "x")
 
 
@@ -191,4 +191,4 @@ def test_what_the_model_has_not_is_refused_by_name(
     with pytest.raises(FormatError, match=words) as error:
         load_brdf(changed(tmp_path / "x.gltf", **parts))
     assert "\n" not in str(error.value)
-    assert str(error.value).startswith(f"{tmp_path / 'x.gltf'}: material 0: ")
+    assert str(error.value).startswith(f"{tmp_path / 'x.gltf'}: material 1: ")

@@ -142,7 +142,7 @@ def test_bad_files_cost_nothing_else(cluster, folder, output, here, data):
     outcome = fit_library([folder], output, QUICK, executor=executor)
     reasons = {record.source: record.error for record in outcome.failed}
     assert set(reasons) == {"bad.binary", "empty.binary"}
-    assert reasons["bad.binary"].startswith("content is of no known format")
+    assert reasons["bad.binary"].startswith("is of no known format")
     assert reasons["empty.binary"] == "is empty; copy or download it again"
     assert fits(output) == here
     assert not list(cluster.folder.rglob("*.binary"))

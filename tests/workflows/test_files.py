@@ -50,7 +50,7 @@ def test_a_failure_costs_only_its_own_file(tmp_path):
     assert "weights" in first.summary
     assert nacre.load(outputs[0]).metadata["quality"] == first.losses
     assert "does not exist" in second.error
-    assert "content is of no known format" in third.error
+    assert "is of no known format" in third.error
     assert heard.total == 2
     assert set(heard.ended) == {"a.binary", "bad.binary"}
 

@@ -203,7 +203,7 @@ def test_what_fails_is_told_tried_again_and_costs_nothing_else(folder, output):
     outcome = fit_library([folder], output, Staged(before=before))
     assert sources(outcome.fitted) == {"a.binary"}
     reasons = {record.source: record.error for record in outcome.failed}
-    assert reasons["bad.binary"].startswith("content is of no known format")
+    assert reasons["bad.binary"].startswith("is of no known format")
     assert reasons["b.binary"] == "ZeroDivisionError: by"
     assert reasons["c.binary"] == "out of memory"
     assert {line["source"]: line["error"] for line in lines(output)} == {

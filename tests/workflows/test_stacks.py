@@ -112,7 +112,7 @@ def test_files_train_together_as_those_of_a_folder_do(folder, tmp_path, stacked,
         (tmp_path / name).mkdir()
         assert run("fit", *inputs, "-o", tmp_path / name, *options) == 1
         told = capsys.readouterr()
-        assert "bad.binary: content is of no known format" in told.err
+        assert "bad.binary: is of no known format" in told.err
         assert len(list((tmp_path / name).glob("*.safetensors"))) == 3
     assert stacked == [3, 3, 3]
     for name in "abc":

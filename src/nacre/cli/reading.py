@@ -42,7 +42,7 @@ _OPTIONS: tuple[tuple[str, dict[str, Any], str], ...] = (
     (
         "--material",
         {"multiple": True, "metavar": "NAME"},
-        "One of several materials in a file, by name or number; again for the next such file.",
+        "A material of a file of several, by name or number.",
     ),
     (
         "--bands",
@@ -52,12 +52,12 @@ _OPTIONS: tuple[tuple[str, dict[str, Any], str], ...] = (
     (
         "--columns",
         {"type": Parsed("A=B,...", _columns), "metavar": "A=B,..."},
-        "What columns of a table hold: theta_i=inc,f=brdf; see the page on formats.",
+        "Columns of a table by name or number: theta_i=inc,f=3.",
     ),
     (
         "--quantity",
         {"type": click.Choice(_QUANTITIES), "metavar": "KIND"},
-        f"What values of a table are: {', '.join(_QUANTITIES)}.",
+        f"Values of a table are {', '.join(_QUANTITIES)}.",
     ),
     ("--sheet", {"metavar": "NAME"}, "Sheet of a spreadsheet."),
     ("--opaque-part", {"is_flag": True}, "Leave out transmission, emission and textures."),

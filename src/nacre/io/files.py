@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 
 from nacre.errors import FormatError, did_you_mean
 from nacre.io.format import HEAD
-from nacre.io.marks import can_be_marked
+from nacre.io.marks import never_marked
 from nacre.io.outputs import check_replaceable, mark_output, remember_output
 
 PathLike: TypeAlias = str | os.PathLike[str]
@@ -204,7 +204,7 @@ def atomic_path(path: PathLike, *, internal: bool = False) -> Iterator[Path]:
     try:
         with file_errors(path, "written"):
             yield temporary
-            if not internal and can_be_marked(path):
+            if not internal and not never_marked(path):
                 mark_output(temporary)
             with temporary.open("rb+") as file:
                 os.fsync(file.fileno())

@@ -23,7 +23,8 @@ class Format:
     name: str
     """Short name, as shown to people: "MERL"."""
     extensions: tuple[str, ...]
-    """File name endings, lower case, with the dot."""
+    """File name endings, lower case, with the dot. A first one of two words, as ".zemax.bsdf", is
+    the only one to write: the last word alone is another format's, or any file's."""
     recognize: Callable[[bytes], bool] | None
     """Whether the first bytes of a file (up to :data:`HEAD`) are of this format; None where they
     cannot tell: the file name decides, and only if no other format recognizes the content."""
@@ -62,6 +63,11 @@ class Format:
     load_material: Callable[[Path], Any] | None = None
     """Reads a texture of one texel as a reflectance, where the format has these; raises
     :class:`nacre.FormatError` for a larger one."""
+
+    @property
+    def written(self) -> tuple[str, ...]:
+        """Endings of the files that `save` makes."""
+        return self.extensions[:1] if self.extensions[0].count(".") > 1 else self.extensions
 
 
 @dataclass(frozen=True)

@@ -117,9 +117,9 @@ _FORMS |= {".jpeg": _FORMS[".jpg"], ".zip": _FORMS[".npz"]}
 _STRICT = ".fred.txt"  # FRED's tables, which have no comments
 
 
-def _ending(path: Path) -> str:
-    """The ending that tells where a mark goes; empty where a tool would stumble over one."""
-    return "" if path.name.lower().endswith(_STRICT) else path.suffix.lower()
+def never_marked(path: Path) -> bool:
+    """Whether tools would stumble over a mark in a file of this name."""
+    return path.name.lower().endswith(_STRICT)
 
 
 def can_be_marked(path: Path) -> bool:
@@ -127,13 +127,13 @@ def can_be_marked(path: Path) -> bool:
 
     Measured tables whose size follows from their header have none.
     """
-    return _ending(path) in {*_FORMS, ".safetensors", ".glb"}
+    return path.suffix.lower() in {*_FORMS, ".safetensors", ".glb"} and not never_marked(path)
 
 
 def add_mark(path: Path, command: str) -> None:
     """Mark a file that was just written, if its format has a place for that."""
     with path.open("rb+") as file:
-        place = _place(file, _ending(path))
+        place = _place(file, path.suffix.lower())
         if place is None:
             return
         name = command.encode() if _MARK.fullmatch(f"{command} {'0' * _DIGITS}".encode()) else b""
@@ -155,7 +155,7 @@ def add_mark(path: Path, command: str) -> None:
 def read_mark(path: Path) -> Mark | None:
     """The mark of a regular file; None if it has none. Raises OSError if it cannot be read."""
     with path.open("rb") as file:
-        start, region = _region(file, _ending(path))
+        start, region = _region(file, path.suffix.lower())
         found = list(_MARK.finditer(region))
         if not found:
             return None

@@ -17,7 +17,7 @@ from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.errors import FormatError
 from nacre.geometry import from_spherical, join, split, to_spherical
-from nacre.io.files import PathLike, atomic_path
+from nacre.io.files import PathLike, atomic_path, first_bytes
 from nacre.io.format import Format
 from nacre.io.text_file import parse_number, read_lines
 from nacre.measured.deduplication import from_measurement
@@ -26,7 +26,6 @@ from nacre.measured.specular_nodes import ROTATIONS, Resolution, directions
 from nacre.sampling import check_isotropic
 
 _SIZE_LIMIT = 1 << 28
-_ENDING = ".fred.txt"
 _TITLE = "type bsdf_data"
 _LARGEST = float(np.finfo(np.float32).max)
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -106,11 +105,8 @@ def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> No
     """Write tabulated scatter for FRED, whole or not at all: luminance, in degrees.
 
     Scattered samples of isotropic materials are written as they are; anything else is tabulated,
-    every 30 degrees of the azimuth of the light if it is anisotropic. A FormatError says that the
-    name does not end in ``.fred.txt``, as any text could end in ``.txt``.
+    every 30 degrees of the azimuth of the light if it is anisotropic.
     """
-    if not Path(path).name.lower().endswith(_ENDING):
-        raise FormatError(f"{path}: a table for FRED ends in {_ENDING}: {Path(path).stem}{_ENDING}")
     check_isotropic(brdf)
     with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         file.write(f"{_TITLE}\nformat angles=deg bsdf=value scale=1\n")
@@ -143,11 +139,16 @@ def _turned(w: Floats, degrees: float) -> Floats:
     return np.stack([cosine * x - sine * y, sine * x + cosine * y, z], axis=-1)
 
 
+def _recognize(head: bytes) -> bool:
+    return head.lstrip().lower().startswith(_TITLE.encode())
+
+
 FORMAT = Format(
     "FRED scatter",
-    (_ENDING, ".txt"),
-    lambda head: head.lstrip().lower().startswith(b"type bsdf_data"),
+    (".fred.txt", ".txt"),
+    _recognize,
     load,
     save,
+    claims=lambda path: _recognize(first_bytes(path)),  # any text ends in .txt
     resolution=Resolution,
 )

@@ -10,12 +10,24 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 _PLAIN = (str, int, bool, type(None))
+_DEFAULTS = (*_PLAIN, float, tuple)
 
 
 def content_of(thing: Any) -> dict[str, Any]:
-    """The attributes of an object that count where it is compared."""
+    """The attributes of an object that count where it is compared, but for those that are what the
+    class has unless something else is said.
+    """
     without = {"_closed", *getattr(type(thing), "not_content", ())}
-    return {name: value for name, value in stored(thing).items() if name not in without}
+    return {
+        name: value
+        for name, value in stored(thing).items()
+        if name not in without and not _is_default(type(thing), name, value)
+    }
+
+
+def _is_default(kind: type, name: str, value: Any) -> bool:
+    default = getattr(kind, name, _DEFAULTS)
+    return isinstance(default, _DEFAULTS) and type(default) is type(value) and default == value
 
 
 def stored(thing: Any) -> dict[str, Any]:

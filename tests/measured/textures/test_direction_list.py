@@ -63,7 +63,7 @@ def test_vectors_are_pairs_too(tmp_path: Path) -> None:
         (b"theta,phi\n5,0\n9,1\n5,360\n", "line 2 and line 4 have the same"),
         (b"theta,phi,lx\n5,0,1\n", "'lx' is not one of theta, phi"),
         (b"theta,phi\n" + b"1,1\n" * 513, "263169 pairs"),
-        (b"theta,phi\n\xff", "not UTF-8"),
+        (b"theta,phi\n\xff", "line 2: 1 values, not 2"),
         (b"", "empty"),
     ],
 )

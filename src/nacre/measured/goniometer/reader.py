@@ -287,6 +287,19 @@ def _recognize(head: bytes) -> bool:
     return head.startswith(b"PK\x03\x04") and any(name in head for name in _PARTS)
 
 
+def _claims(path: Path) -> bool:
+    """Whether columns of a file are known by their names, so that it is no other list or text."""
+    try:
+        understood(read_rows(path, None).names, _sidecar(path).get("columns"))
+    except (FormatError, ValueError):
+        return False
+    return True
+
+
 FORMAT = Format(
-    "table of a goniometer", (".txt", ".csv", ".tsv", ".dat", ".xlsx"), _recognize, load
+    "table of a goniometer",
+    (".txt", ".csv", ".tsv", ".dat", ".xlsx"),
+    _recognize,
+    load,
+    claims=_claims,
 )

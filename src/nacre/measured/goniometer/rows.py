@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from nacre.errors import FormatError
-from nacre.io.files import PathLike, check_size, file_errors
+from nacre.io.files import PathLike, check_size, file_errors, first_bytes
 from nacre.io.text_file import parse_number, read_lines
 
 _SIZE_LIMIT = 1 << 28
@@ -18,7 +18,6 @@ _CELL_LIMIT = 1 << 22  # cells of a sheet
 _PREAMBLE = 1000  # most lines before the names of columns
 _COLUMNS = 4096
 _REMARKS = 20
-SPREADSHEET = ".xlsx"
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,7 @@ def read_rows(path: PathLike, sheet: str | None) -> Rows:
     A FormatError says that the file cannot be read, or that no line names the columns of numbers
     that follow it.
     """
-    if Path(path).suffix.lower() == SPREADSHEET:
+    if first_bytes(path).startswith(b"PK"):
         lines = _sheet_rows(path, sheet)
         return _table(path, lines, decimal_comma=False)
     if sheet is not None:
