@@ -78,7 +78,7 @@ def test_content_decides_where_the_ending_says_nothing(tmp_path, name):
     [
         (b"", "is empty"),
         (b"\x00", "holds only zeros"),
-        (b"hello, this is a text file and no material at all", "no known format|something else"),
+        (b"hello, this is a text file and no material at all", "no known format|something else|not whole XML"),
         (None, "no such file"),
     ],
 )
@@ -173,7 +173,7 @@ def test_a_signature_leaves_out_nothing_that_the_entry_recognizes():
 
 SHARED = {"comma-separated samples", "Cornell scan", "NumPy archive of a BTF", "MERL array (.npz)"}
 SHARED |= {"MERL array (.npy)", "NBRDF network (NumPy)", "nacre neural material"}
-SHARED |= {"nacre encoded texture"}
+SHARED |= {"nacre encoded texture", "RGL", "LightTools BSDF"}
 
 
 @pytest.mark.parametrize("name", [name for name in SPECIMENS if formats.FORMATS[name].extensions])

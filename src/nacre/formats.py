@@ -42,6 +42,7 @@ _OTHERS = {
 }
 """What files of ours are that hold no material, by the name of their header."""
 
+_ANY_TEXT = {".txt", ".dat"}
 _WORDS: dict[Kind, str] = {"brdf": "one material", "btf": "a texture (BTF)"}
 
 
@@ -131,9 +132,11 @@ def _of_file(path: Path, head: bytes, *, by_ending: bool = True) -> Format:
     if not known:
         if other := _other(head):
             raise FormatError(f"{path}: holds no material: it is {other}")
-        known = _possible(
+        possible = _possible(
             lambda s: by_ending and s.by_ending and suffix in s.extensions and content.is_text(head)
         )
+        table = content.is_table(head)
+        known = [e for e in possible if table or e.claims is None or e.claims(path)]
     if not known:
         what = f"is of no known format: it is {content.looks_like(head)}"
         raise FormatError(f"{path}: {what}; {_nearest(suffix, head)}")
@@ -188,9 +191,6 @@ def describe_kind(path: PathLike) -> str:
         return other
     with suppress(FormatError):
         entry = identify(path)
-        by_ending = entry.name in SIGNATURES and SIGNATURES[entry.name].by_ending
-        if by_ending and entry.claims is not None and not entry.claims(resolve(path)):
-            return ""
         return f"{_WORDS[entry.kind]} ({entry.name})"
     return ""
 
@@ -235,7 +235,7 @@ def is_measured(path: PathLike) -> bool:
     or stand in its place, as a pointer does; else damaged files count as well. For a packed file,
     the ending and the content are those of what is in it.
     """
-    entries = _of_ending(path)
+    entries = _of_endings(_suffixes(path))
     if not entries:
         return False
     if any(entry.claims is None for entry in entries):
@@ -249,12 +249,17 @@ def is_measured(path: PathLike) -> bool:
 
 
 def has_measured_ending(path: PathLike) -> bool:
-    """Whether a file has an ending that measured reflectance has, whatever is in it."""
-    return bool(_of_ending(path))
+    """Whether a file has an ending that measured reflectance has, and not any text, whatever is in
+    it.
+    """
+    return bool(_of_endings(_suffixes(path) - _ANY_TEXT))
 
 
-def _of_ending(path: PathLike) -> list[Format]:
-    suffixes = {Path(name).suffix.lower() for name in inner_names(path)}
+def _suffixes(path: PathLike) -> set[str]:
+    return {Path(name).suffix.lower() for name in inner_names(path)}
+
+
+def _of_endings(suffixes: set[str]) -> list[Format]:
     possible = _possible(
         lambda s: s.kind == "brdf" and s.measured and bool(suffixes & {*s.extensions})
     )

@@ -143,7 +143,7 @@ def test_a_table_of_several_lists_them(tmp_path):
     path.write_text(f"{LINE}\n{LINE.replace('steel', 'brass')}\n")
     with pytest.raises(FormatError, match="2 materials; .* as --material: steel, brass"):
         nacre.load(path)
-    with pytest.raises(FormatError, match="no material 'tin'; choose one of steel, brass"):
+    with pytest.raises(FormatError, match="no material 'tin' among its 2; it has steel, brass"):
         nacre.load(path, "tin")
     path.write_text("".join(LINE.replace("steel", f"steel-{k}") + "\n" for k in range(900)))
     with pytest.raises(FormatError, match=r"steel-3, .* \.\.\.$") as error:

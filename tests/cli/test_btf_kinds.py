@@ -63,7 +63,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("compare texture.npz paint.safetensors", "paint.safetensors: is a reflectance, but"),
         ("render texture.npz --height 9", "--height is for reflectances (BRDFs)"),
         ("render texture.npz --shape ball", "is a texture; expected one of cylinder, sphere"),
-        ("convert texture.npz -o x.npz --material a", "--material is for reflectances"),
+        ("convert texture.npz -o x.npz --material a", "--material is for files that hold several"),
         ("info texture.npz --no-physics", "--physics is for reflectances"),
         (
             "fit texture.npz -o x.safetensors --codec code.safetensors",

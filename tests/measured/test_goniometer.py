@@ -164,8 +164,8 @@ def test_radians_anisotropy_and_noise(tmp_path: Path) -> None:
     ("text", "words"),
     [
         ("", "is empty"),
-        ("hello\nworld\n", "no line that names columns"),
-        ("inc,view,brdf\n10,20,nan\n10,20,0.1\n", "no line that names columns"),
+        ("hello\nworld\n", "is of no known format"),
+        ("inc,view,brdf\n10,20,\n10,20,0.1\n10,30,0.1\n", "no line that names columns"),
         ("inc,view,brdf\n10,20,0.1\n10,20,one\n", "line 3: column brdf: 'one' is not a number"),
         ("inc,view,brdf\n10,20,0.1\n10,20,0.1\n10,20\n", "line 4: 2 cells, expected 3"),
         ("inc,view,brdf\n10,20,0.1\n10,20,1e39\n", "line 3: column brdf: 1e+39 is too large"),

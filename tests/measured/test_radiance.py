@@ -137,7 +137,7 @@ def test_a_tree_is_evaluated_alike_in_other_libraries(written) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        (b"TensorTree3", b"Columns", "only tensor trees are read"),
+        (b"TensorTree3", b"Columns", "is not defined \\(known: lbnl/klems full"),
         (b"Reflection Back", b"Transmission Back", "holds no reflection, but Transmission Back"),
         (b"LBNL/Shirley-Chiu", b"LBNL/Klems Full", "AngleBasis 'LBNL/Klems Full'"),
         (b"Visible", b"Solar", "no reflection of visible light"),

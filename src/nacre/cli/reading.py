@@ -42,7 +42,7 @@ _OPTIONS: tuple[tuple[str, dict[str, Any], str], ...] = (
     (
         "--material",
         {"multiple": True, "metavar": "NAME"},
-        "A material of a file of several, by name or number.",
+        "One material of a file of several, by name or number.",
     ),
     (
         "--bands",

@@ -25,6 +25,11 @@ def is_text(head: bytes) -> bool:
     return _TEXT.fullmatch(head) is not None
 
 
+def is_table(head: bytes) -> bool:
+    """Whether the first bytes of a file are text with lines of numbers."""
+    return _kind(head) == "numbers"
+
+
 def looks_like(head: bytes) -> str:
     """What first bytes are, in words: "JSON with a, b and c at the top"."""
     text = _text(head)

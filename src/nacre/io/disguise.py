@@ -42,7 +42,7 @@ _TEXTS: tuple[tuple[str, str], ...] = (
     ),
     (r"(\.\./)*(\.git)?/annex/objects/", f"is a git-annex pointer: {_ANNEX}"),
     (
-        r"(datatype:[^\n]{0,40}\(rt-300s\)|calibration\b.{0,400}\breflet\b)",
+        r"(datatype:[^\n]{0,40}\(rt-300s\)|name / comment.{0,800}\breflet\b)",
         "holds raw signals of an RT-300S or Reflet goniometer, not reflectance; convert it to f_r "
         "first, for example with bsdf-tools, and give the Zemax or FRED file",
     ),

@@ -88,11 +88,9 @@ def files_below(root: Path, without: Path | None = None) -> Iterator[Source]:
 
 def _measured(root: Path, output: Path, left_out: Callable[[Path], None]) -> Iterator[Source]:
     for source in files_below(root, output):
-        if not has_measured_ending(source.path):
-            continue
         if is_measured(source.path):
             yield source
-        else:
+        elif has_measured_ending(source.path):
             left_out(source.path)
 
 
