@@ -93,7 +93,10 @@ DISGUISES: dict[str, tuple[bytes, str]] = {
     "scan.tif": (b"II*\0" + bytes(20), r"is a picture \(TIFF\)"),
     "photo.webp": (b"RIFF\4\0\0\0WEBPVP8 ", r"is a picture \(WebP\)"),
     "table.xls": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(99), "is a Word or Excel document"),
-    "table.xlsx": (zipped({"[Content_Types].xml": b"a", "xl/workbook.xml": b"a"}), "is not a whole spreadsheet"),
+    "table.xlsx": (
+        zipped({"[Content_Types].xml": b"a", "xl/workbook.xml": b"a"}),
+        "is not a whole spreadsheet",
+    ),
     "text.docx": (zipped({"[Content_Types].xml": b"a", "word/document.xml": b"a"}), "is a Word"),
     "data.pkl": (pickle.dumps({"f_r": [1.0]}), "is a Python pickle, which would run code"),
     "net.pt": (zipped({"archive/data.pkl": b"a", "archive/version": b"3"}), "is a PyTorch file"),

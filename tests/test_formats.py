@@ -78,7 +78,10 @@ def test_content_decides_where_the_ending_says_nothing(tmp_path, name):
     [
         (b"", "is empty"),
         (b"\x00", "holds only zeros"),
-        (b"hello, this is a text file and no material at all", "no known format|something else|not whole XML"),
+        (
+            b"hello, this is a text file and no material at all",
+            "no known format|something else|not whole XML",
+        ),
         (None, "no such file"),
     ],
 )

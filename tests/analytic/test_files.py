@@ -141,7 +141,7 @@ def test_a_table_of_one_needs_no_name(tmp_path):
 def test_a_table_of_several_lists_them(tmp_path):
     path = tmp_path / "ward.fit"
     path.write_text(f"{LINE}\n{LINE.replace('steel', 'brass')}\n")
-    with pytest.raises(FormatError, match="2 materials; .* as --material: steel, brass"):
+    with pytest.raises(FormatError, match=r"2 materials; .* as --material: steel, brass"):
         nacre.load(path)
     with pytest.raises(FormatError, match="no material 'tin' among its 2; it has steel, brass"):
         nacre.load(path, "tin")

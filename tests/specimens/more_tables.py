@@ -19,6 +19,8 @@ from tests.specimens.scans import text_rebuilt
 from tests.specimens.specimen import Array, Specimen, odd_array
 
 _PLAIN = Ggx(name="paint", diffuse=(0.2,) * 3, specular=(0.05,) * 3, roughness=0.4)
+
+
 @cache
 def _written(ending: str) -> bytes:
     """A small file by the format's own writer, which tests hold against real files."""

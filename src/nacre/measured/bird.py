@@ -12,6 +12,7 @@ import json
 import math
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -337,8 +338,6 @@ def _encoded(document: Mapping[str, Any]) -> bytes:
 
 
 def _metadata(brdf: Brdf, path: PathLike) -> dict[str, Any]:
-    import nacre
-
     name = printable(" ".join(brdf.name.split())) or Path(path).stem
     return {
         "schema": _SCHEMA,
@@ -349,7 +348,7 @@ def _metadata(brdf: Brdf, path: PathLike) -> dict[str, Any]:
         "provenance": {"organization": "nacre"},
         "method": "simulation",
         "instrumentation": "NA",
-        "software": {"name": "nacre", "version": nacre.__version__},
+        "software": {"name": "nacre", "version": version("nacre-materials")},
         "sample": {
             "name": name,
             "properties_symmetry": "isotropic" if brdf.isotropic else "anisotropic",
