@@ -150,3 +150,19 @@ def test_parts_keep_their_spectra():
     part = whole.subset(np.array([3, 1]))
     np.testing.assert_array_equal(part.spectra, spectra[[3, 1]])
     np.testing.assert_array_equal(part.wavelengths, whole.wavelengths)
+
+
+def test_dense_slices_far_apart_are_known_between() -> None:
+    """Many views of lights at 10, 30, 50 and 70 degrees; nothing is known of other scans."""
+    views = hemisphere(np.random.default_rng(1), 3000)
+    angles = np.radians([10.0, 30.0, 50.0, 70.0])
+    lights = np.stack([-np.sin(angles), 0.0 * angles, np.cos(angles)], axis=-1)
+    wi, wo = np.repeat(lights, len(views), axis=0), np.tile(views, (4, 1))
+    scan = ScatteredBrdf(wi, wo, np.ones((len(wi), 3)), isotropic=True)
+    between = np.radians([15.0, 20.0, 40.0, 60.0])
+    new = np.stack([-np.sin(between), 0.0 * between, np.cos(between)], axis=-1)
+    inside = views[views[:, 2] > 0.2][:500]
+    for light in new:
+        assert scan.valid(light, inside).mean() > 0.85
+    one = ScatteredBrdf(wi[:3000], wo[:3000], np.ones((3000, 3)), isotropic=True)
+    assert one.valid(new[3], inside).mean() < 0.3

@@ -7,7 +7,8 @@ with the distance in coordinates made from the Rusinkiewicz angles.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,8 @@ _HALF_SCALE, _DIFFERENCE_SCALE, _AZIMUTH_SCALE = 2.0, 1.5, 0.5
 """Weights of the coordinates; see :func:`coordinates`."""
 _FLOOR = 1e-4  # added to f_r (1/sr) before its logarithm: below it, differences do not matter
 _RIDGE = 1e-3  # pull of the plane's slopes to zero, relative to the spread of the neighbors
+_SLICE = 8  # samples of each light that make a scan one of slices
+_ACROSS = 0.5  # half the distance of slices, in reaches
 _REACH = 0.99  # share of the samples that count as known from the others alone
 
 
@@ -39,6 +42,10 @@ class SampleTree:
         from scipy.spatial import cKDTree
 
         self._options = isotropic, mirrored
+        light = np.stack([np.asarray(c, np.float64) for c in wi], axis=-1)
+        if isotropic:
+            light[:, :2] = np.hypot(light[:, :1], light[:, 1:2]) * [1.0, 0.0]
+        self._lights = np.unique(np.round(light, 4), axis=0)
         self._tree = cKDTree(coordinates(wi, wo, isotropic, mirrored))
 
     def near(self, wi: Components, wo: Components, count: int) -> Neighbours:
@@ -48,10 +55,42 @@ class SampleTree:
         distance, index = self._tree.query(points, np.arange(1, count + 1))
         return Neighbours(distance, index, self._tree.data[index] - points[:, None])
 
-    def reach(self) -> float:
+    def within_reach(self, wi: Components, wo: Components) -> npt.NDArray[np.bool_]:
+        """Whether pairs of directions are as near to a sample as the samples are to each other.
+
+        Goniometers take many views of a few lights, with nothing between these slices: there, half
+        the distance to the next light counts as near.
+        """
+        points = np.nan_to_num(coordinates(wi, wo, *self._options)) * self._scale
+        return np.asarray(self._near_tree.query(points)[0] <= self._reach)
+
+    @cached_property
+    def _reach(self) -> float:
         """Distance within which 99 % of the samples have a few others."""
         distance = self._tree.query(self._tree.data, [min(4, self._tree.n)])[0]
         return float(np.quantile(distance, _REACH)) + 1e-9
+
+    @cached_property
+    def _scale(self) -> Floats:
+        """Factors of the coordinates that bring half the distance of slices within reach."""
+        from scipy.spatial import cKDTree
+
+        scale = np.ones(self._tree.m)
+        if 2 <= len(self._lights) <= self._tree.n / _SLICE:
+            gap = float(cKDTree(self._lights).query(self._lights, [2])[0].max())
+            isotropic = self._options[0]
+            half = 0.5 * gap * (_DIFFERENCE_SCALE if isotropic else 1.0)
+            along = slice(1, 2) if isotropic else slice(2, None)
+            scale[along] = min(1.0, _ACROSS * self._reach / half)
+        return scale
+
+    @cached_property
+    def _near_tree(self) -> Any:
+        from scipy.spatial import cKDTree
+
+        if (self._scale == 1.0).all():
+            return self._tree
+        return cKDTree(self._tree.data * self._scale)
 
 
 def logarithms(f: Floats) -> Floats:

@@ -167,8 +167,8 @@ class ScatteredBrdf(LobeSampledBrdf):
         return interpolate(near, logarithms(self.spectra))
 
     def valid_components(self, wi: Components, wo: Components) -> Array:
-        near, shape, _ = self._near(wi, wo, 1)
-        return (near.distance[:, 0] <= self._reach).reshape(shape)
+        given, shape, _ = self._numbers(wi, wo)
+        return self._tree.within_reach(*given).reshape(shape)
 
     def describe(self) -> dict[str, Any]:
         samples, bands = self.samples, self.wavelengths
@@ -189,6 +189,13 @@ class ScatteredBrdf(LobeSampledBrdf):
         self, wi: Components, wo: Components, count: int
     ) -> tuple[Neighbours, tuple[int, ...], np.dtype[Any]]:
         """The nearest samples to pairs of directions, and the shape and type of these."""
+        given, shape, dtype = self._numbers(wi, wo)
+        return self._tree.near(*given, count), shape, dtype
+
+    def _numbers(
+        self, wi: Components, wo: Components
+    ) -> tuple[tuple[Components, Components], tuple[int, ...], np.dtype[Any]]:
+        """Flat arrays of pairs of directions, and their shape and type."""
         given = (*wi, *wo)
         if not all(isinstance(array, np.ndarray | np.generic | float | int) for array in given):
             name = self.name or "this material"
@@ -198,8 +205,7 @@ class ScatteredBrdf(LobeSampledBrdf):
             )
         arrays = np.broadcast_arrays(*(np.asarray(c, np.float64) for c in given))
         x, y, z, u, v, w = (array.reshape(-1) for array in arrays)
-        near = self._tree.near((x, y, z), (u, v, w), count)
-        return near, arrays[0].shape, np.result_type(*given)
+        return ((x, y, z), (u, v, w)), arrays[0].shape, np.result_type(*given)
 
     @cached_property
     def _tree(self) -> SampleTree:
@@ -209,10 +215,6 @@ class ScatteredBrdf(LobeSampledBrdf):
     @cached_property
     def _logs(self) -> Floats:
         return logarithms(self.samples.rgb)
-
-    @cached_property
-    def _reach(self) -> float:
-        return self._tree.reach()
 
 
 def tabulate(brdf: Brdf) -> ScatteredBrdf:
