@@ -17,8 +17,9 @@ from nacre.formats import load_brdf
 from nacre.geometry import split
 from nacre.measured.merl import load as load_merl
 from nacre.mitsuba.studio import studio
-from nacre.viewer.content import Entry
+from nacre.viewer.content import Content, Entry
 from nacre.viewer.tables import SAMPLER, halves
+from tests.contracts.materials import made
 from tests.data import require_data
 from tests.measured.support import hemisphere, material, tensor_bytes
 from tests.specimens.tables import mbsdf_file
@@ -183,3 +184,19 @@ def test_halves_are_those_of_numpy() -> None:
         np.testing.assert_allclose(found * np.float64(scale), numbers, rtol=5e-4, atol=scale * 6e-8)
         assert np.isfinite(found).all()
     assert halves(np.zeros(3, np.float32))[0] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("isotropic scattered samples", "merl"),
+        ("polarized table", "merl"),
+        ("Klems matrix", "rgl"),
+    ],
+)
+def test_what_has_no_formula_becomes_a_table(name: str, kind: str) -> None:
+    content = Content([studio()])
+    with mock.patch("nacre.viewer.content._THUMBNAIL", 4):
+        content.add(Entry(name, {"Measured": made(name)}))
+    (material,) = content.facts["materials"]
+    assert material["forms"][0]["table"]["kind"] == kind

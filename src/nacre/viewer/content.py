@@ -14,6 +14,7 @@ from nacre.array import Image
 from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.color import tone_map
+from nacre.errors import NacreError
 from nacre.metrics import compare
 from nacre.mitsuba.environment import Environment
 from nacre.mitsuba.lights import EnvironmentLight, Light
@@ -25,7 +26,7 @@ from nacre.targets.glsl import Glsl
 from nacre.targets.textures import HeightField
 from nacre.viewer.page import PAGE, document
 from nacre.viewer.programs import NAME, input_sources, key_of, sampler_source, template
-from nacre.viewer.tables import SAMPLER, as_table
+from nacre.viewer.tables import SAMPLER, as_table, tabulated
 from nacre.viewer.textures import GLSL, PageTexture, formulas, from_above, relief
 
 MAP_SIZE = 192, 96
@@ -167,14 +168,19 @@ class Content:
         return document(title, self.facts, self.parts, files)
 
     def _form(self, name: str, brdf: Brdf) -> dict[str, Any]:
-        if (table := as_table(brdf)) is not None:
+        text = ""
+        if (table := as_table(brdf)) is None and not isinstance(brdf, NeuralBrdf):
+            try:
+                text = "\n\n".join(Glsl().written(brdf, NAME).values())
+            except NacreError:  # a table, or scattered samples
+                table = tabulated(brdf)
+        if table is not None:
             grids = {
                 key: {**grid.facts(), "part": self.part(f"{key} {name}", grid.values.tobytes())}
                 for key, grid in table.grids.items()
             }
             return {"table": {**table.facts, "grids": grids}}
         if not isinstance(brdf, NeuralBrdf):
-            text = "\n\n".join(Glsl().written(brdf, NAME).values())
             return {"glsl": self.part(f"glsl {name}", text.encode())}
         self.allow(brdf)
         return {"file": self.part(f"file {name}", encode(brdf))}

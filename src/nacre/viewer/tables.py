@@ -15,8 +15,9 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.io.tensors import HALF_LARGEST
+from nacre.measured import rgl, rgl_writer
 from nacre.measured.mbsdf_table import MbsdfBrdf
-from nacre.measured.merl import INVALID
+from nacre.measured.merl import INVALID, Resolution, tabulate
 from nacre.measured.merl_table import SCALES, MerlBrdf
 from nacre.measured.rgl import RglBrdf
 from nacre.sampling import GgxLobe, GgxMixture
@@ -69,6 +70,16 @@ def as_table(brdf: Brdf) -> Table | None:
         scale, values = halves(brdf.stored)
         return Table({"kind": "mbsdf", "scale": scale}, {"nodes": Grid(values, values.shape[3])})
     return _rgl(brdf) if isinstance(brdf, RglBrdf) else None
+
+
+def tabulated(brdf: Brdf) -> Table:
+    """A table of a reflectance that has no formula, as scattered samples have none.
+
+    It has nodes in the Rusinkiewicz angles, or, for an anisotropic one, of views.
+    """
+    if brdf.isotropic:
+        return _merl(tabulate(brdf, Resolution(60, 30, 45)))
+    return _rgl(rgl.tabulate(brdf, rgl_writer.Resolution(17, 8, 20, 16, 16)))
 
 
 def halves(values: npt.NDArray[np.floating]) -> tuple[float, npt.NDArray[np.float16]]:
