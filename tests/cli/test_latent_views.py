@@ -38,6 +38,7 @@ def here(made, tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_what_lies_between_is_rendered_and_kept(here, capsys):
     options = ["--basis", "basis.safetensors", "--count", 3, "--size", 32, "--spp", 1]
     command = ["latent", "interpolate", "m0.npz", "m5.npz", "-o", "x.png", "--codes", "codes"]
@@ -100,6 +101,7 @@ def test_a_map_shows_all_and_names_the_nearest(here, capsys):
     assert (here / "map.png").read_bytes() == first
 
 
+@pytest.mark.slow
 def test_plausible_materials_are_written_as_codes_or_in_a_picture(here, capsys):
     options = ["--count", 2, "--seed", 4, "--like", "metal"]
     assert run("latent", "sample", "-o", "drawn", *options) == 0

@@ -71,6 +71,7 @@ def test_folders_are_searched_and_files_of_one_name_are_one_material(
     assert "<title>All</title>" in Path("page.html").read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_pages_are_the_same_each_time(folder: Path) -> None:
     for name in ("a.html", "b.html"):
         assert run("view", "metals", "-o", name, "--title", "Same") == 0

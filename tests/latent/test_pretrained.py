@@ -48,6 +48,7 @@ def test_decoded_materials_sample_themselves():
     assert isinstance(basis.decode(basis.examples[0]).sampler, GgxMixture | CosineSampler)
 
 
+@pytest.mark.slow
 def test_codes_need_no_basis_of_the_users_own(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     nacre.save(pretrained_basis().decode(np.zeros(32), "mean"), tmp_path / "mean.binary")

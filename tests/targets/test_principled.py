@@ -64,6 +64,7 @@ def test_a_name_is_data():
     assert trees[0] == trees[1]
 
 
+@pytest.mark.slow
 def test_any_other_material_is_fitted(monkeypatch):
     monkeypatch.setattr("nacre.analytic.fit", partial(nacre.analytic.fit, starts=3))
     given = held(written(Lambert(diffuse=(0.4, 0.2, 0.1), name="clay")))

@@ -15,6 +15,7 @@ from nacre.workflows import draw_materials, plausibility, project_material
 from tests.latent.made import basis, random_basis
 
 
+@pytest.mark.slow
 def test_what_is_drawn_is_plausible_and_makes_no_light():
     known = pretrained_basis()
     found = draw_materials(known, 12, seed=1)

@@ -28,6 +28,8 @@ def read_lines(path: PathLike, size_limit: int) -> Iterator[tuple[int, str]]:
 
 
 def _encoding(path: PathLike, data: bytes) -> str:
+    if data.startswith((b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
+        raise FormatError(f"{path}: is UTF-32; save it as UTF-8")
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         encoding = "utf-16"
     elif b"\0" in data:

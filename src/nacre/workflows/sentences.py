@@ -56,7 +56,9 @@ def reflectance(
     what = f"An {isotropy} {noun}{_format(entry)}{_named(facts, file)}"
     fitted = facts.get("fitted to")
     if brdf.channels != COLOR:
-        what += f", with the bands {in_words(dict.fromkeys(brdf.channels))} in place of colors"
+        bands = dict.fromkeys(brdf.channels)
+        plural = "s" if len(bands) > 1 else ""
+        what += f", with the band{plural} {in_words(bands)} in place of colors"
     what += f", fitted to {fitted}." if fitted else "."
     size = _size(facts)
     if formula:

@@ -144,7 +144,7 @@ def test_lists_that_are_none_are_refused(folder: Path, tmp_path: Path) -> None:
     assert_refused(lambda: load_photographs(tmp_path), "no such file")
     path = folder / "directions.csv"
     path.write_bytes(ANGLES.encode("utf-32"))
-    assert_refused(lambda: nacre.load(folder), str(path), "is not text")
+    assert_refused(lambda: nacre.load(folder), str(path), "is UTF-32")
     path.write_text(ANGLES + "x" * 70_000)
     assert_refused(lambda: nacre.load(folder), str(path), "line 6: is longer than")
     path.unlink()
