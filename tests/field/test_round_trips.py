@@ -1,0 +1,44 @@
+"""Real files through the commands, and the fit back into a format of the same tool."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import nacre
+from tests.cli.support import run
+from tests.data import require_data
+
+pytestmark = pytest.mark.slow
+
+FILES = {
+    "zemax/AnoBlackEC1onAlum.bsdf": "zemax.bsdf",
+    "zemax/IMX455.bsdf": "zemax.bsdf",
+    "speos/test_13_brdf_one_wavelength_speos.brdf": "brdf",
+    "speos/aniso_bsdf.anisotropicbsdf": "anisotropicbsdf",
+    "speos/R_test.anisotropicbsdf": "anisotropicbsdf",
+    "fred/AnoBlackEC1onAlum.txt": "fred.txt",
+    "goniometer/20250409_S7_swir_sample.txt": "csv",
+    "goniometer/test_brdf_viewer_2D_data.csv": "csv",
+    "openmaterial/example_material.xomp": "xompt",
+}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_fit_is_compared_shown_and_written_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    source = require_data("field", name)
+    monkeypatch.chdir(tmp_path)
+    back = f"back.{FILES[name]}"
+    assert run("fit", source, "--epochs", 4, "-o", "fit.safetensors") == 0
+    assert run("compare", source, "fit.safetensors", "--size", 16, "-o", "compare.png") == 0
+    assert run("render", "fit.safetensors", "--size", 16, "-o", "fit.png") == 0
+    assert run("view", source, "fit.safetensors", "-o", "view.html") == 0
+    assert run("convert", "fit.safetensors", "-o", back) == 0
+    network, again = nacre.load("fit.safetensors"), nacre.load(back)
+    assert network.isotropic == nacre.load(source).isotropic
+    assert again.isotropic == network.isotropic
+    wi, wo = [0.3, 0.1, 0.95], [-0.2, 0.3, 0.93]
+    assert again.eval(wi, wo)[1] == pytest.approx(network.eval(wi, wo)[1], rel=0.2)
