@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
@@ -10,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from nacre.color import xyz_to_rgb
 from nacre.errors import NacreError, is_shortage, require
 from nacre.io.memory import available_memory
 from nacre.mitsuba.engine import mitsuba
@@ -112,9 +114,26 @@ def accumulate(
             with _cropped(mi, scene, part, height), uninterrupted(), _shortages():
                 # Interrupts wait: Mitsuba would turn them into an error of its own.
                 picture = mi.render(scene, integrator=integrator, spp=samples, seed=int(part_seed))
-                total[part] += samples * np.array(picture, np.float64)
+                values = np.array(picture, np.float64)
+                total[part] += samples * (values if integrator is not None else _colors(scene, values))
         done += samples
         yield done, total / done
+
+
+def _colors(scene: Any, values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Linear RGB, shape (height, width, 3), of what a scene's film holds: luminance, RGB or XYZ,
+    with or without alpha, before what an integrator of more than colors adds.
+
+    Raises NacreError for a film of other channels.
+    """
+    film = str(scene.sensors()[0].film())
+    match = re.search(r"pixel_format = (luminance|rgb|xyz)", film)
+    if match is None:
+        kind = film.partition("[")[0]
+        raise NacreError(f"the scene's film is a {kind}, which has no colors; make it an hdrfilm")
+    if match[1] == "luminance":
+        return np.repeat(values[..., :1], 3, axis=-1)
+    return xyz_to_rgb(values[..., :3]) if match[1] == "xyz" else values[..., :3]
 
 
 @contextmanager
