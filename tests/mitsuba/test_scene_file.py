@@ -43,6 +43,42 @@ def test_a_scene_with_nacre_plugins_is_rendered(scene: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        *(('value="rgb"', f'value="{kind}"') for kind in ("rgba", "xyz", "xyza")),
+        ('value="rgb"', 'value="luminance_alpha"'),
+        (
+            '<integrator type="path"/>',
+            '<integrator type="aov"><string name="aovs" value="d:depth,n:sh_normal"/>'
+            '<integrator type="path"/></integrator>',
+        ),
+        (
+            '<integrator type="path"/>',
+            '<integrator type="moment"><integrator type="path"/></integrator>',
+        ),
+    ],
+    ids=["rgba", "xyz", "xyza", "luminance_alpha", "aov", "moment"],
+)
+def test_films_and_integrators_of_other_channels_give_the_colors(
+    scene: Path, old: str, new: str
+) -> None:
+    expected = render_file(scene)
+    scene.write_text(SCENE.replace(old, new))
+    found = render_file(scene)
+    if "luminance" in new:
+        expected = np.repeat(expected @ np.float32([[0.2126], [0.7152], [0.0722]]), 3, axis=-1)
+    np.testing.assert_allclose(found, expected, atol=2e-3)
+
+
+def test_a_film_without_colors_is_refused(scene: Path) -> None:
+    band = '<spectrum name="band1" value="400:0.5, 700:0.5"/>'
+    film = f'<film type="specfilm">{band}<integer name="width" value="4"/>'
+    scene.write_text(SCENE.replace('<film type="hdrfilm"><integer name="width" value="12"/>', film))
+    with pytest.raises(NacreError):
+        render_file(scene)
+
+
+@pytest.mark.parametrize(
     ("text", "complaint"),
     [
         ("<scene", "is not XML"),

@@ -115,7 +115,9 @@ def accumulate(
                 # Interrupts wait: Mitsuba would turn them into an error of its own.
                 picture = mi.render(scene, integrator=integrator, spp=samples, seed=int(part_seed))
                 values = np.array(picture, np.float64)
-                total[part] += samples * (values if integrator is not None else _colors(scene, values))
+                total[part] += samples * (
+                    values if integrator is not None else _colors(scene, values)
+                )
         done += samples
         yield done, total / done
 
@@ -127,13 +129,13 @@ def _colors(scene: Any, values: npt.NDArray[np.float64]) -> npt.NDArray[np.float
     Raises NacreError for a film of other channels.
     """
     film = str(scene.sensors()[0].film())
-    match = re.search(r"pixel_format = (luminance|rgb|xyz)", film)
+    match = re.search(r"pixel_format = (ya?|rgba?|xyza?),", film)
     if match is None:
         kind = film.partition("[")[0]
         raise NacreError(f"the scene's film is a {kind}, which has no colors; make it an hdrfilm")
-    if match[1] == "luminance":
+    if match[1].startswith("y"):  # luminance
         return np.repeat(values[..., :1], 3, axis=-1)
-    return xyz_to_rgb(values[..., :3]) if match[1] == "xyz" else values[..., :3]
+    return xyz_to_rgb(values[..., :3]) if match[1].startswith("xyz") else values[..., :3]
 
 
 @contextmanager
