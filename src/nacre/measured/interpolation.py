@@ -78,10 +78,11 @@ class SampleTree:
         scale = np.ones(self._tree.m)
         if 2 <= len(self._lights) <= self._tree.n / _SLICE:
             gap = float(cKDTree(self._lights).query(self._lights, [2])[0].max())
-            isotropic = self._options[0]
-            half = 0.5 * gap * (_DIFFERENCE_SCALE if isotropic else 1.0)
-            along = slice(1, 2) if isotropic else slice(2, None)
-            scale[along] = min(1.0, _ACROSS * self._reach / half)
+            # What theta_d changes by half of it; and sin theta_d, or the difference vector.
+            across = (_DIFFERENCE_SCALE, _AZIMUTH_SCALE) if self._options[0] else (1.0, 1.0)
+            first = 1 if self._options[0] else 2
+            scale[first:] = np.minimum(1.0, _ACROSS * self._reach / (0.5 * gap * across[1]))
+            scale[first] = min(1.0, _ACROSS * self._reach / (0.5 * gap * across[0]))
         return scale
 
     @cached_property

@@ -30,7 +30,7 @@ def component(environments: Sequence[Environment] | None = None) -> bytes:
         environments = [made() for made in ENVIRONMENTS.values()]
     if not environments:
         raise ValueError("a component needs an environment")
-    content = Content(environments, thumbnails=False)
+    content = Content(environments, thumbnails=False, tabulate=False)
     for network in _usual_networks():
         content.allow(network)
     data = packed(content.facts, content.parts).decode()

@@ -85,6 +85,8 @@ class Content:
         At least one. They are exposed; the first lights the thumbnails.
     thumbnails
         Whether materials get thumbnails, as for a shelf.
+    tabulate
+        Whether a material without a formula becomes a table, which takes seconds.
 
     Attributes
     ----------
@@ -92,8 +94,10 @@ class Content:
         JSON and bytes for the page's scripts.
     """
 
-    def __init__(self, environments: Sequence[Environment], *, thumbnails: bool = True) -> None:
-        self._light = None
+    def __init__(
+        self, environments: Sequence[Environment], *, thumbnails: bool = True, tabulate: bool = True
+    ) -> None:
+        self._light, self._tabulate = None, tabulate
         if thumbnails:
             self._light = EnvironmentLight(environments[0].exposed(), _DIRECTIONS)
         self.parts: dict[str, bytes] = {}
@@ -105,7 +109,8 @@ class Content:
     def add(self, entry: Entry) -> None:
         """Add a material.
 
-        Raises NacreError if one of its forms is not a formula; the message tells how to make one.
+        Raises NacreError if one of its forms is not a formula and may not be tabulated; the message
+        tells how to make one.
         """
         index = len(self.facts["materials"])
         forms = []
@@ -173,6 +178,8 @@ class Content:
             try:
                 text = "\n\n".join(Glsl().written(brdf, NAME).values())
             except NacreError:  # a table, or scattered samples
+                if not self._tabulate:
+                    raise
                 table = tabulated(brdf)
         if table is not None:
             grids = {

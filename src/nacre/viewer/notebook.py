@@ -39,7 +39,7 @@ def _frame(brdf: Brdf, name: str) -> str:
     """The page over the picture; "" if it is too large to keep in a notebook, or no formula."""
     if (brdf.nbytes or 0) > _LARGEST:
         return ""
-    content = Content([studio()], thumbnails=False)
+    content = Content([studio()], thumbnails=False, tabulate=False)
     try:
         content.add(Entry(brdf.name, {type(brdf).__name__: brdf}))
     except NacreError:

@@ -61,7 +61,7 @@ def content_of(brdf: Brdf) -> bytes:
 
     Raises NacreError as :meth:`nacre.viewer.content.Content.add` does.
     """
-    content = Content([made() for made in ENVIRONMENTS.values()], thumbnails=False)
+    content = Content([made() for made in ENVIRONMENTS.values()], thumbnails=False, tabulate=False)
     content.add(Entry(brdf.name, {type(brdf).__name__: brdf}))
     return gathered(content.facts, content.parts)
 
