@@ -34,6 +34,15 @@ def usual_variant() -> Iterator[None]:
         mi.set_variant(USUAL)
 
 
+@pytest.fixture(autouse=True)
+def fresh_session() -> Iterator[None]:
+    """Leave no option of a command behind: tests run some commands without their group."""
+    yield
+    module = sys.modules.get("nacre.cli.session")
+    if module is not None:
+        module.begin()
+
+
 @pytest.fixture(scope="session")
 def chromium() -> Iterator[Any]:
     """Playwright's browser, or the test is skipped; a thread can have one only."""
