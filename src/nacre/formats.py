@@ -114,7 +114,8 @@ def _of_folder(path: Path, options: dict[str, Any]) -> Format:
         return taking[0]
     raise FormatError(
         f"{path}: is a directory with neither images named like tl000_pl000_tv000_pv000.png nor a "
-        "list directions.csv; where files in it are materials or textures, name these"
+        "list directions.csv, nor only files of one pab-opto scan; where files in it are materials "
+        "or textures, name these"
     )
 
 
@@ -147,6 +148,7 @@ def _nearest(suffix: str, head: bytes) -> str:
     """The two formats that a file of unknown content is most likely meant to be of."""
     names = list(SIGNATURES)
     alike = [n for n in names if suffix and suffix in SIGNATURES[n].extensions]
+    alike.sort(key=lambda name: not SIGNATURES[name].by_ending)
     alike += [n for n in content.formats_like(head) if n not in alike]
     nearest = [f"{name} ({SIGNATURES[name].extensions[0]})" for name in alike[:2]]
     if not nearest:
@@ -224,6 +226,13 @@ def is_btf(path: PathLike) -> bool:
     """Whether a file or folder is a texture rather than one material; does not raise."""
     with suppress(FormatError):
         return identify(path).kind == "btf"
+    return False
+
+
+def is_one_material(path: PathLike) -> bool:
+    """Whether a folder is one reflectance whose files belong together; does not raise."""
+    with suppress(FormatError):
+        return Path(path).is_dir() and _of_folder(Path(path), {}).kind == "brdf"
     return False
 
 

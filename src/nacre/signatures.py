@@ -63,6 +63,14 @@ SIGNATURES: dict[str, Signature] = {
     "FRED scatter": Signature(
         "nacre.measured.fred:FORMAT", (".fred.txt", ".txt"), rb"(?i)\A\s*type bsdf_data"
     ),
+    "TracePro surface property": Signature(
+        "nacre.measured.tracepro:FORMAT", (".txt",),
+        rb"(?i)\A\s*tracepro surface property data", writes=False,
+    ),
+    "pab-opto scan": Signature(
+        "nacre.measured.pab:FORMAT", (".txt",), rb"(?i)#\s*format:\s*theta\s+phi\s",
+        writes=False, folders=True,
+    ),
     "LightTools BSDF": Signature(
         "nacre.measured.lighttools:FORMAT", (".bsdf",), rb"(?i)symmetry.*scatterradial",
         writes=False,

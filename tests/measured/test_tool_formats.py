@@ -14,8 +14,10 @@ import nacre
 from nacre.analytic import MODELS, AnalyticBrdf, Ggx
 from nacre.errors import FormatError
 from nacre.io.lz4 import unpacked_block
+from nacre.measured.scattered import ScatteredBrdf
 from nacre.measured.speos_anisotropic import _places
 from tests.data import require_data
+from tests.measured.bird_schema import SCHEMA
 
 PAINT = Ggx(name="paint", diffuse=(0.3, 0.1, 0.05), specular=(0.05,) * 3, roughness=0.3)
 GRAY = Ggx(name="gray", diffuse=(0.2,) * 3, specular=(0.05,) * 3, roughness=0.3)
@@ -97,7 +99,7 @@ def test_ssdd_follows_its_specification(tmp_path: Path) -> None:
         path.write_bytes(SSDD.format(mode=mode).encode() + table)
         scan = nacre.load(path)
         assert scan.name == "blue"
-        assert scan.notes == ("The file also holds specular_reflectance, which is left out.",)
+        assert "The file also holds specular_reflectance, which is left out." in scan.notes
         # PARAM0 is the fastest: theta_h 30, theta_d 20, phi_d 0 degrees is the third row's pair.
         t = math.radians(50.0), math.radians(10.0)
         wi, wo = [math.sin(t[0]), 0, math.cos(t[0])], [math.sin(t[1]), 0, math.cos(t[1])]
@@ -274,6 +276,31 @@ def test_a_universal_file_is_written_back_whole(tmp_path: Path) -> None:
     source = require_data("field", "bird", "example.brdf")
     nacre.save(nacre.load(source), tmp_path / "b.bird.brdf")
     assert json.loads((tmp_path / "b.bird.brdf").read_text()) == json.loads(source.read_text())
+
+
+def test_universal_files_meet_their_schemas(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jsonschema = pytest.importorskip("jsonschema")
+    check = jsonschema.Draft202012Validator(SCHEMA)
+    source = require_data("field", "bird", "example.brdf")
+    assert check.is_valid(json.loads(source.read_text("utf-8-sig")))
+    wi = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]])
+    gray = np.full((2, 3), 0.25)
+    scan = ScatteredBrdf(wi, wi[::-1], gray, "noisy", sigma=np.array([0.01, 0.02]))
+    spectral = ScatteredBrdf(wi, wi[::-1], gray, "bands", spectra=np.full((2, 2), 0.3),
+                             wavelengths=np.array([550.0, 905.0]))  # fmt: skip
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
+    for number, brdf in enumerate((scan, spectral, PAINT, BRUSHED)):
+        path = tmp_path / f"{number}.bird.brdf"
+        nacre.save(brdf, path)
+        document = json.loads(path.read_text())
+        check.validate(document)
+        assert document["metadata"]["timestamp"] == "1970-01-01T00:00:00+00:00"
+        again = nacre.load(path)
+        assert again.name == brdf.name
+    noise = nacre.load(tmp_path / "0.bird.brdf").samples.sigma
+    np.testing.assert_allclose(noise, [0.01, 0.02], rtol=1e-5)
 
 
 @pytest.mark.parametrize(

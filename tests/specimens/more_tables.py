@@ -1,4 +1,6 @@
-"""Small tables of goniometers and of further optical tools: BiRD, Speos, FRED, LightTools, SSDD."""
+"""Small tables of goniometers and of further optical tools: BiRD, Speos, FRED, LightTools, SSDD,
+TracePro, pab-opto.
+"""
 
 from __future__ import annotations
 
@@ -57,6 +59,28 @@ def _bird(value: Any = 0.2, spread: Any = 0.01) -> bytes:
     schema = {"$schema": "brdf_json_schema_v1.0.json"}
     sample = {"sample": {"name": "paint"}}
     return json.dumps({**schema, "metadata": sample, "data": data}, indent=1).encode()
+
+
+# TracePro, pab-opto
+
+_TRACEPRO_LIGHT = "Temperature\tWavelength\tIncAngle\tAziAngle"
+
+
+def _tracepro_file(value: Any = 0.3, *, model: bool = False) -> bytes:
+    lines = ["TracePro Surface Property Data", "TracePro Release: 7 0 0", "", "Name\tpaint"]
+    lines += [f"{_TRACEPRO_LIGHT}\tRefl_S\tRefl_P\tBRDF_A\tBRDF_B\tBRDF_g"]
+    lines += [f"300\t0.55\t30\t0\t0\t0\t{value if model else 0}\t0.1\t1.5"]
+    if not model:
+        lines += ["Table_BSDF_Data", f"{_TRACEPRO_LIGHT}\tScatterBeta\tScatterAzimuth\tBRDF\tBTDF"]
+        for beta, f in ((0, 0.5), (0.2, 0.4), (0.4, value)):
+            lines += [f"300\t0.55\t30\t0\t{beta}\t{turn}\t{f}\t0" for turn in (0, 120, 240)]
+    return ("\n".join([*lines, "SAVE-DATA"]) + "\n").encode()
+
+
+def _pab_file(value: Any = 0.2, light: Any = 30) -> bytes:
+    lines = ['#sample_name "paint"', "#format: theta phi DSF", f"#incident_angle {light} 180"]
+    lines += [f"{theta}\t{phi}\t0.1" for theta in (0, 20, 40) for phi in range(0, 360, 60)]
+    return ("\r\n".join([*lines, f"60\t0\t{value}"]) + "\r\n").encode()
 
 
 # LightTools, SSDD
@@ -188,6 +212,16 @@ SPECIMENS = {
         "paint.fred.txt",
         lambda: [_written(".fred.txt")],
         valued=lambda value: [_replaced_number(_written(".fred.txt"), value)],
+    ),
+    "TracePro surface property": _text(
+        "paint.txt",
+        lambda: [_tracepro_file(), _tracepro_file(model=True)],
+        valued=lambda value: [_tracepro_file(value)],
+    ),
+    "pab-opto scan": _text(
+        "paint.txt",
+        lambda: [_pab_file()],
+        valued=lambda value: [_pab_file(value), _pab_file(light=value)],
     ),
     "LightTools BSDF": _text(
         "paint.bsdf",

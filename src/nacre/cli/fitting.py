@@ -26,6 +26,7 @@ from nacre.cli.report import (
 )
 from nacre.cli.session import session
 from nacre.errors import did_you_mean, printable
+from nacre.formats import is_one_material
 from nacre.runtime.progress import Progress
 from nacre.workflows.watcher import Watcher
 
@@ -80,7 +81,7 @@ def fit_reflectances(paths: Sequence[Path], output: str | None, chosen: Mapping[
     """Fit files, or all files in folders; exit with 1 if some failed, with 2 if all did."""
     from nacre.workflows import fit_files, output_paths
 
-    folders = any(path.is_dir() for path in paths)
+    folders = any(path.is_dir() and not is_one_material(path) for path in paths)
     ending = _fitting(chosen).ending
     if folders or chosen["scheduler"] is not None:
         check_alone()

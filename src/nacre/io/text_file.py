@@ -61,10 +61,14 @@ def _lines(path: PathLike, data: bytes, encoding: str) -> Iterator[tuple[int, st
 def parse_number(cell: str) -> float:
     """The number in a cell.
 
-    Raises ValueError if it is none, has digits of another script or grouped as in Python, or is not
-    finite.
+    Raises ValueError, with the cell as its text, if it is none, has digits of another script or
+    grouped as in Python, or is not finite.
     """
-    if "_" in cell or not cell.isascii() or not math.isfinite(value := float(cell)):
+    try:
+        value = float(cell) if cell.isascii() and "_" not in cell else math.nan
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
         raise ValueError(cell)
     return value
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -36,6 +37,7 @@ _SCHEMA = (
     "https://raw.githubusercontent.com/BiRD-project/BiRD_view/master/"
     "BRDF_JSON_schema/brdf_json_schema_v1.0.json"
 )
+_UNKNOWN = "not stated"
 _ANGLES = "theta_i", "phi_i", "theta_r", "phi_r"
 _DEGREES = {"deg": math.pi / 180.0, "°": math.pi / 180.0, "degrees": math.pi / 180.0, "rad": 1.0}
 _LENGTHS = {"nm": 1.0, "μm": 1000.0, "µm": 1000.0, "um": 1000.0}
@@ -338,23 +340,41 @@ def _encoded(document: Mapping[str, Any]) -> bytes:
 
 
 def _metadata(brdf: Brdf, path: PathLike) -> dict[str, Any]:
+    """What the schemas demand; they want words also where nacre cannot know any."""
     name = printable(" ".join(brdf.name.split())) or Path(path).stem
+    place = ("country", "city", "street", "building_nr", "postal_code")
     return {
         "schema": _SCHEMA,
         "id": f"urn:nacre:{'-'.join(name.split())[:100] or 'material'}",
         "type": "BRDF",
-        "name": name,
-        "timestamp": datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S+00:00"),
-        "provenance": {"organization": "nacre"},
+        "timestamp": _now(),
+        "provenance": {
+            "organization": _UNKNOWN,
+            "location": dict.fromkeys(place, _UNKNOWN),
+            "email": _UNKNOWN,
+            "contact_person": _UNKNOWN,
+            "comments": "Values that nacre computed from a material.",
+        },
         "method": "simulation",
         "instrumentation": "NA",
         "software": {"name": "nacre", "version": version("nacre-materials")},
         "sample": {
             "name": name,
+            "type": _UNKNOWN,
+            "shape": _UNKNOWN,
+            "dimensions": {},
             "properties_symmetry": "isotropic" if brdf.isotropic else "anisotropic",
+            "zero_azimuth_location": "x axis",
         },
         "environment": "NA",
     }
+
+
+def _now() -> str:
+    """The time, or that of SOURCE_DATE_EPOCH, with which a file is the same at any time."""
+    fixed = os.environ.get("SOURCE_DATE_EPOCH", "")
+    moment = datetime.fromtimestamp(int(fixed), UTC) if fixed.isdecimal() else datetime.now(UTC)
+    return moment.strftime("%Y-%m-%dT%H:%M:%S+00:00")
 
 
 def _recognize(head: bytes) -> bool:

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.brdf import COLOR
 from nacre.errors import FormatError
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.measured.spectra import as_channels
+
+Indices = npt.NDArray[np.int64]
+
+_IN_PLANE = 0.02  # sine of the angle to the plane of incidence that counts as in it
+_AGREEMENT = 1.5  # ratio of samples of one pair that is worth a word
 
 
 def from_measurement(
@@ -69,6 +75,7 @@ def from_measurement(
         """Standard deviations (n,) of means of what has those of `noise`."""
         return np.asarray(np.sqrt(mean(np.square(noise)[:, None]) / count)[:, 0])
 
+    said = [*notes, *_cautions(pairs, rgb[kept].max(axis=1), rank, isotropic)]
     counts = {
         "dropped below the horizon": int((~visible).sum()),
         "dropped as not measured": int((visible & ~known).sum()),
@@ -85,7 +92,28 @@ def from_measurement(
         sigma=None if sigma is None else of_means(sigma),
         facts=dict(facts or {}) | counts,
     )
-    return scan.replaced(channels=channels, notes=tuple(notes))
+    return scan.replaced(channels=channels, notes=tuple(said))
+
+
+def _cautions(pairs: Floats, values: Floats, rank: Indices, isotropic: bool) -> Iterator[str]:
+    """What to say of samples, pairs (n, 6) of directions with their values and groups (n,)."""
+    if isotropic and len(pairs) > 1 and np.abs(_rotated(pairs)[:, 4]).max() < _IN_PLANE:
+        yield (
+            "All samples lie in the plane of incidence: values across it are guesses; "
+            "nacre estimate gives their bounds."
+        )
+    least, most = np.full(rank.max() + 1, np.inf), np.zeros(rank.max() + 1)
+    np.minimum.at(least, rank, values)
+    np.maximum.at(most, rank, values)
+    several = (np.bincount(rank) > 1) & (most > 0.0)
+    if not several.any():
+        return
+    ratio = most[several] / np.maximum(least[several], 1e-3 * most[several])
+    if (large := float(np.quantile(ratio, 0.9))) > _AGREEMENT:
+        yield (
+            f"Samples of one pair of directions, which are averaged, differ: a tenth of them by "
+            f"{large:.2g} times or more."
+        )
 
 
 def _rotated(pairs: Floats) -> Floats:

@@ -133,7 +133,8 @@ def angular_errors(truth: Brdf, other: Brdf, count: int = PAIRS, seed: int = 0) 
     wi, wo = map(join, uniform_rusinkiewicz(u))
     valid = truth.valid(wi, wo)
     if not valid.any():
-        raise NacreError(f"{truth.name or 'the reference'}: no valid sample among {count}")
+        name = truth.name or "the reference"
+        raise NacreError(f"{name}: is known at none of {count} directions, too little to compare")
     wi, wo = wi[valid], wo[valid]
     f, g = truth.eval(wi, wo).astype(np.float64), other.eval(wi, wo).astype(np.float64)
     cosine = wi[:, 2:].astype(np.float64)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from nacre.errors import FormatError
-from nacre.formats import has_measured_ending, is_measured
+from nacre.formats import has_measured_ending, is_measured, is_one_material
 from nacre.io.files import PathLike, missing
 from nacre.io.names import stem
 
@@ -61,7 +61,8 @@ def gather(paths: Iterable[PathLike], below: Callable[[Path], Iterable[Source]])
     for path in map(Path, paths):
         if not path.exists():
             raise missing(path)
-        listed = below(path) if path.is_dir() else [Source(path, PurePosixPath(path.name))]
+        many = path.is_dir() and not is_one_material(path)
+        listed = below(path) if many else [Source(path, PurePosixPath(path.name))]
         for source in listed:
             found.setdefault(source.path.resolve(), source)
     return list(found.values())
