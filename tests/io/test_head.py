@@ -44,6 +44,21 @@ def test_one_long_line_and_a_file_of_comments(tmp_path):
         recognized_head(path)
 
 
+@pytest.mark.parametrize("length", [0, 10, 3_000, 100_000])
+def test_xml_is_known_behind_comments(tmp_path, length):
+    """As Radiance's programs write the whole command before the first element."""
+    content = SPECIMENS["Radiance BSDF"].files()[0]
+    start, mark, rest = content.partition(b"<WindowElement")
+    declared = b'<?xml version="1.0" encoding="UTF-8"?>\n'
+    comments = b"<!-- made by: a -->\n<!-- a - b -- " + length * b"> " + b"\n-->\n"
+    path = tmp_path / "tree"
+    path.write_bytes(declared + comments + mark + rest)
+    assert identify(path).name == "Radiance BSDF"
+    path.write_bytes(declared + b"<!-- " + length * b"x")
+    with pytest.raises(FormatError, match="of no known format"):
+        identify(path)
+
+
 @pytest.mark.parametrize("name", ["Zemax BSDF", "comma-separated samples", "Cornell scan"])
 @pytest.mark.parametrize("upper", [False, True])
 def test_text_formats_are_known_behind_comments(tmp_path, name, upper):
