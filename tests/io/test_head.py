@@ -48,7 +48,7 @@ def test_one_long_line_and_a_file_of_comments(tmp_path):
 def test_xml_is_known_behind_comments(tmp_path, length):
     """As Radiance's programs write the whole command before the first element."""
     content = SPECIMENS["Radiance BSDF"].files()[0]
-    start, mark, rest = content.partition(b"<WindowElement")
+    _, mark, rest = content.partition(b"<WindowElement")
     declared = b'<?xml version="1.0" encoding="UTF-8"?>\n'
     comments = b"<!-- made by: a -->\n<!-- a - b -- " + length * b"> " + b"\n-->\n"
     path = tmp_path / "tree"
