@@ -77,6 +77,14 @@ def safetensors_bytes(
     return len(text).to_bytes(8, "little") + text + body
 
 
+def _chain_file(**changes: Any) -> bytes:
+    """A network of another kind: activations of its own, on the directions."""
+    header = {key: _material_header()[key] for key in ("version", "sizes", "name", "sampler")}
+    header |= {"model": "chain", "inputs": "directions", "isotropic": False}
+    header |= {"activations": ["softplus 2.0", "exp"]} | changes
+    return safetensors_bytes(_weights(), header)
+
+
 def _safetensors_file() -> bytes:
     return safetensors_bytes(_weights(), _material_header())
 
@@ -106,6 +114,7 @@ def _safetensors_valued(value: float) -> Iterable[bytes]:
         changed = array.copy()
         changed.flat[-1] = value
         yield safetensors_bytes(_weights() | {name: changed}, _material_header())
+    yield _chain_file(activations=["leaky relu " + repr(value), "softplus " + repr(value)])
     for key in ("specular", "exponent"):
         sampler = _material_header()["sampler"] | {key: value}
         yield safetensors_bytes(_weights(), _material_header() | {"sampler": sampler})
@@ -122,6 +131,9 @@ def _safetensors_rebuilt(_: bytes, random: Random) -> bytes:
     if random.random() < 0.5:
         header["sampler"] = _LOBES
     choice = random.random()
+    if random.random() < 0.2:
+        parts = ("inputs", "isotropic", "activations", "sizes", "sampler")
+        return _chain_file(**{random.choice(parts): odd_json(random)})
     if choice < 0.3:
         for name in random.sample(list(tensors), 2):
             tensors[name] = odd_array(random, tensors[name].shape, "<f4")
@@ -194,6 +206,7 @@ SPECIMENS = {
                 _weights((6, 3)), _material_header((6, 3)) | {"sampler": {"kind": "cosine"}}
             ),
             safetensors_bytes(_weights(), _material_header() | {"sampler": _LOBES}),
+            _chain_file(),
         ],
         header=64,
         sized=_safetensors_sized,

@@ -10,9 +10,8 @@ import numpy as np
 from nacre.array import Components
 from nacre.compile.data import with_numbers
 from nacre.errors import require
-from nacre.neural.inputs import network_inputs
 from nacre.neural.network import NetworkBrdf
-from nacre.numerics.mlp import Layer, dense, forward
+from nacre.numerics.mlp import Layer
 from nacre.runtime.device import cooperative_type
 
 WEIGHTS = "auto", "literals", "cooperative"
@@ -83,13 +82,12 @@ class BufferedNetwork:
 
     def eval_components(self, weights: Any, wi: Components, wo: Components) -> Components:
         network = self._network
-        values: Any = network_inputs(wi, wo, network.isotropic, network.inputs, self._angle)
-        for layer in self._literals:
-            values = dense(values, layer, network.activation)
+        values: Any = network.input_components(wi, wo, self._angle)
+        values = network.through(values, self._literals) if self._literals else values
         values = self._nn.CoopVec(*values)
         if self._half:
             values = self._nn.cast(values, self._mi.Float16)
-        outputs = forward(values, self._bound(weights), network.activation)
+        outputs = network.through(values, self._bound(weights), len(self._literals))
         return network.from_outputs([self._mi.Float(v) for v in outputs])
 
     def layers(self, weights: Any) -> list[Layer]:

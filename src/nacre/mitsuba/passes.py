@@ -81,7 +81,9 @@ def wavefronts() -> Iterator[None]:
     """
     dr: Any = require("drjit", "render")
     whole, flag = dr.scoped_set_flag, dr.JitFlag
-    with whole(flag.SymbolicLoops, False), whole(flag.SymbolicCalls, False):
+    # In a condition that is recorded, calls would be recorded as well.
+    loops, calls = whole(flag.SymbolicLoops, False), whole(flag.SymbolicCalls, False)
+    with loops, calls, whole(flag.SymbolicConditionals, False):
         yield
 
 

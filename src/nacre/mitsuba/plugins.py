@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, TypeGuard
 
+import numpy as np
+
 from nacre.array import Components
 from nacre.brdf import Brdf, Sampler
 from nacre.btf import Btf
@@ -13,10 +15,13 @@ from nacre.mitsuba import adapter, llvm
 from nacre.mitsuba.bsdf_base import base_class, choice, material_path
 from nacre.mitsuba.coded import coded_class
 from nacre.mitsuba.engine import check_llvm, mitsuba
+from nacre.mitsuba.functions import reflectance
 from nacre.mitsuba.kernels import count_material
 from nacre.mitsuba.network import WEIGHTS, BufferedNetwork, first_in_buffer, opaque
 from nacre.mitsuba.textures.plugins import plugins as texture_plugins
 from nacre.mitsuba.textures.plugins import texture_bsdf
+from nacre.mitsuba.wrapped import WrappedBrdf
+from nacre.neural.chain import ChainBrdf
 from nacre.neural.network import NetworkBrdf
 from nacre.neural.prune import without_inactive_units
 from nacre.sampling import check_isotropic
@@ -56,7 +61,10 @@ def register() -> None:
         _register_variant(None, mi.variant())
 
 
-def bsdf(material: Brdf | Btf | LatentMap, **options: Any) -> Any:
+FUNCTION_OPTIONS = "library", "inputs", "isotropic", "name", "sampler"
+
+
+def bsdf(material: Any, **options: Any) -> Any:
     """A Mitsuba BSDF for a material in memory, to put into scene dictionaries.
 
     If no variant is set, this sets the one that :func:`nacre.mitsuba.mitsuba` starts with.
@@ -64,7 +72,9 @@ def bsdf(material: Brdf | Btf | LatentMap, **options: Any) -> Any:
     Parameters
     ----------
     material
-        Any reflectance or texture. A reflectance measured from a Mitsuba BSDF gives that BSDF.
+        Any reflectance or texture. A reflectance measured from a Mitsuba BSDF gives that BSDF. Or
+        a network or function of anyone's, with the options of
+        :func:`nacre.mitsuba.functions.reflectance`: a PyTorch module, a JAX function, a formula.
     options
         For a texture, see :func:`nacre.mitsuba.textures.plugins.texture_bsdf`. For a network:
 
@@ -88,9 +98,14 @@ def bsdf(material: Brdf | Btf | LatentMap, **options: Any) -> Any:
         If an option is unknown or does not apply, or the material cannot be rendered.
     """
     mi = mitsuba()
+    if not isinstance(material, Brdf | Btf | LatentMap):
+        told = {key: options.pop(key) for key in FUNCTION_OPTIONS if key in options}
+        material = reflectance(material, **told)
     if not isinstance(material, Brdf):
         return texture_bsdf(material, **options)
     check_isotropic(material)
+    if isinstance(material, WrappedBrdf):
+        return _called(mi.variant())(mi.Properties("brdf"), material, **options)
     if not material.traceable:
         if (original := getattr(material, "bsdf", None)) is not None:
             return original
@@ -168,11 +183,14 @@ def _plugins(variant: str) -> dict[str, Any]:
             jit = mi.Float is not float
             if weights == "cooperative" and not jit:
                 raise NacreError(f"cooperative weights need a JIT variant, got {variant}")
-            start = first_in_buffer(brdf, weights) if jit else len(brdf.layers)
+            if not brdf.cooperative and weights == "cooperative":
+                raise NacreError("cooperative weights cannot have the activations gelu and sin")
+            literal = not jit or not brdf.cooperative
+            start = len(brdf.layers) if literal else first_in_buffer(brdf, weights)
             if half and weights != "cooperative":
                 raise NacreError("half precision is for cooperative weights")
             if start == len(brdf.layers):
-                self.traced = without_inactive_units(brdf) if _is_its_layers(brdf) else brdf
+                self.traced = without_inactive_units(brdf) if _prunes(brdf) else brdf
                 return
             self.buffered = BufferedNetwork(brdf, mi, start, half)
             self.weights = self.buffered.initial()
@@ -222,6 +240,58 @@ def _plugins(variant: str) -> dict[str, Any]:
     return {"brdf": Reflectance, "nbrdf": Network}
 
 
-def _is_its_layers(brdf: Brdf) -> TypeGuard[NeuralBrdf]:
+@cache
+def _called(variant: str) -> Any:
+    """The class of BSDFs that call a function of another library."""
+    mi: Any = require("mitsuba", "render")
+
+    class Called(base_class(variant)):  # type: ignore[misc]
+        wavefront = True
+
+        def prepare(self, properties: Any, brdf: WrappedBrdf) -> Any:
+            if mi.Float is float:
+                raise NacreError(f"functions of {brdf.library} need a JIT variant, got {variant}")
+            self.brdf = brdf
+            self.albedo: Components | None = None
+            self.weights = None if brdf.parameters is None else mi.Float(brdf.parameters)
+            self.sampler = opaque(mi, brdf.sampler)
+            return 0 if brdf.isotropic else mi.BSDFFlags.Anisotropic
+
+        def material(self) -> Brdf:
+            brdf = self.brdf
+            if self.weights is None:
+                return brdf
+            return brdf.with_parameters(np.array(self.weights, np.float32))
+
+        def at(self, si: Any, view: Components) -> tuple[None, Sampler]:
+            return None, self.sampler
+
+        def f_r(self, state: None, wi: Components, wo: Components) -> Components:
+            red, green, blue = self.brdf.called(mi, self.weights, wi, wo)
+            return red, green, blue
+
+        def eval_diffuse_reflectance(self, si: Any, active: Any = True) -> Any:
+            if self.albedo is None:
+                red, green, blue = adapter.albedo(self.brdf).tolist()
+                albedo: Components = opaque(mi, (red, green, blue))
+                self.albedo = albedo
+            return adapter.spectrum(mi, self.albedo, si.wavelengths, active)
+
+        def traverse(self, callback: Any) -> None:
+            if self.weights is not None:
+                callback.put("weights", self.weights, mi.ParamFlags.Differentiable)
+
+        def describe(self) -> dict[str, Any]:
+            return self.brdf.describe() | {"sampler": self.brdf.sampler}
+
+    return Called
+
+
+def _is_its_layers(brdf: Brdf) -> TypeGuard[NeuralBrdf | ChainBrdf]:
     """Whether a network can be made again from other layers."""
     return hasattr(brdf, "with_layers")
+
+
+def _prunes(brdf: Brdf) -> TypeGuard[NeuralBrdf]:
+    """Whether units that are never active can be left out."""
+    return _is_its_layers(brdf) and not isinstance(brdf, ChainBrdf)

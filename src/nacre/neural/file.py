@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from nacre.brdf import COLOR
 from nacre.errors import FormatError
@@ -18,6 +18,8 @@ from nacre.io.tensors import (
     looks_like_tensors,
     to_bytes,
 )
+from nacre.neural.chain import ChainBrdf
+from nacre.neural.chain_file import MODEL, described, made
 from nacre.neural.inputs import ENHANCED, PAPER, RECIPROCAL, SPINNING, STEREOGRAPHIC, has_axes
 from nacre.neural.nbrdf import PRECISIONS, NeuralBrdf, check_weights
 from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
@@ -45,11 +47,13 @@ _PARAMETRISATIONS = {
 """What files call a network's inputs, by their name and whether the network is isotropic."""
 
 
-def encode(network: NeuralBrdf) -> bytes:
+def encode(network: NeuralBrdf | ChainBrdf) -> bytes:
     """The content of a neural material's file; the same network gives the same bytes.
 
     Raises FormatError if `network` is no neural material, or the format cannot hold it.
     """
+    if isinstance(network, ChainBrdf):
+        return to_bytes(_KEY, described(network), numbered_tensors(network.layers), _LIMIT)
     if not isinstance(network, NeuralBrdf):
         raise FormatError("holds neural materials only; fit the material first")
     try:
@@ -101,19 +105,21 @@ def numbered_tensors(layers: Sequence[Layer], prefix: str = "") -> Tensors:
     }
 
 
-def save(network: NeuralBrdf, path: PathLike) -> None:
+def save(network: NeuralBrdf | ChainBrdf, path: PathLike) -> None:
     """Write a neural material; raises FormatError as :func:`encode` does, or for a bad path."""
     write_encoded(path, encode, network)
 
 
-def load(path: PathLike) -> NeuralBrdf:
+def load(path: PathLike) -> NeuralBrdf | ChainBrdf:
     """Read a neural material; FormatError if it is not a whole one of a version we know."""
     header, tensors = from_file(path, _KEY, _LIMIT, "a nacre material")
     with format_errors(path):
         return _from_header(header, tensors)
 
 
-def _from_header(header: dict[str, Any], tensors: Tensors) -> NeuralBrdf:
+def _from_header(header: dict[str, Any], tensors: Tensors) -> NeuralBrdf | ChainBrdf:
+    if header.get("model") == MODEL:
+        return _told(made(header, tensors), header)
     activations = [key for key, number in _VERSIONS.items() if number == header["version"]]
     if not activations:
         known = " and ".join(map(str, _VERSIONS.values()))
@@ -148,13 +154,21 @@ def _from_header(header: dict[str, Any], tensors: Tensors) -> NeuralBrdf:
         activation=activations[0],
         angle=float(header["angle"]) if has_axes(inputs, isotropic) else 0.0,
     )
-    network = network.replaced(
-        channels=texts(header.get("channels", COLOR), 3), notes=texts(header.get("notes", ()))
-    )
+    network = _told(network, header)
     if list(network.sizes) != header["sizes"]:
         raise ValueError(f"tensors have sizes {network.sizes}, the header says {header['sizes']}")
     check_json(header)  # so that what was read can be written again
     return network
+
+
+_Network = TypeVar("_Network", NeuralBrdf, ChainBrdf)
+
+
+def _told(network: _Network, header: dict[str, Any]) -> _Network:
+    """With the channels and notes of a header."""
+    return network.replaced(
+        channels=texts(header.get("channels", COLOR), 3), notes=texts(header.get("notes", ()))
+    )
 
 
 FORMAT = Format(

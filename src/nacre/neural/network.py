@@ -9,7 +9,7 @@ from typing import Any
 from nacre.array import Array, Components
 from nacre.brdf import Brdf
 from nacre.neural.inputs import network_inputs
-from nacre.numerics.mlp import RELU, Layer, forward
+from nacre.numerics.mlp import RELU, Layer, dense, forward
 
 
 class NetworkBrdf(Brdf):
@@ -29,6 +29,9 @@ class NetworkBrdf(Brdf):
 
     angle: float = 0.0  # azimuth of the axis that the inputs take for x, in radians
 
+    cooperative: bool = True
+    """Whether Dr.Jit's cooperative vectors have all of its activations."""
+
     shared_layers: int = 0  # how many of the first layers all materials of a family share
 
     @property
@@ -45,7 +48,20 @@ class NetworkBrdf(Brdf):
     def from_outputs(self, values: Sequence[Array]) -> Components:
         """f_r in 1/sr from the 3 outputs of the last layer."""
 
+    def input_components(self, wi: Components, wo: Components, angle: Any) -> Any:
+        """What the first layer takes; the angle is :attr:`angle`, or data in its place."""
+        return network_inputs(wi, wo, self.isotropic, self.inputs, angle)
+
+    def through(self, values: Any, layers: Sequence[Any], start: int = 0) -> Any:
+        """Outputs of some layers, the first of which is the one of that index."""
+        whole = start + len(layers) == len(self.layers)
+        if whole:
+            return forward(values, layers, self.activation)
+        for layer in layers:
+            values = dense(values, layer, self.activation)
+        return values
+
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`; weights enter a Dr.Jit kernel as literals."""
-        inputs = network_inputs(wi, wo, self.isotropic, self.inputs, self.angle)
-        return self.from_outputs(forward(inputs, self.layers, self.activation))
+        inputs = self.input_components(wi, wo, self.angle)
+        return self.from_outputs(self.through(inputs, self.layers))
