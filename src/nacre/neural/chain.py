@@ -11,6 +11,7 @@ import numpy as np
 from nacre.array import Array, Components, namespace
 from nacre.brdf import Sampler
 from nacre.geometry import half_difference, rusinkiewicz_angles
+from nacre.neural.inputs import ENHANCED, network_inputs
 from nacre.neural.network import NetworkBrdf
 from nacre.numerics.activations import WITHOUT_VECTORS, applied, parsed
 from nacre.numerics.mlp import Layer, dense, widths
@@ -34,11 +35,13 @@ INPUTS: dict[str, tuple[int, bool, InputFunction]] = {
     "directions": (6, False, lambda wi, wo: (*wi, *wo)),
     "rusinkiewicz vectors": (6, False, _vectors),
     "rusinkiewicz angles": (3, True, _angles),
+    "enhanced": (6, True, lambda wi, wo: network_inputs(wi, wo, True, ENHANCED)),
 }
 """Inputs by name: how many numbers, whether they make the network isotropic, and the function.
 
 "directions" are those to the light and to the viewer; "rusinkiewicz vectors" the half vector h and
-the difference vector d; "rusinkiewicz angles" theta_h, theta_d and phi_d in radians.
+the difference vector d; "rusinkiewicz angles" theta_h, theta_d and phi_d in radians; "enhanced"
+those of nacre's own fits to isotropic materials, which open up highlights and grazing angles.
 """
 
 
