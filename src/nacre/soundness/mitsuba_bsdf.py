@@ -15,7 +15,8 @@ from nacre.soundness.result import NotApplicableError
 from nacre.soundness.subject import Drawn, Evaluate, Slope, Subject
 from nacre.soundness.variant import MAIN, VARIANTS, VariantBsdf, missing_variants
 
-_STEP = 2e-3  # of central differences in single precision
+_STEP = 2e-3  # of central differences in single precision, in radians or a parameter that is 0
+_SHARE = 0.01  # of other parameters, by which they move
 
 
 class MitsubaSubject(Subject):
@@ -109,6 +110,7 @@ class MitsubaSubject(Subject):
         main, mi, dr = self._main, self._mi, self._dr
         with main.set():
             first = type(parameters[name])(parameters[name])
+            size = float(np.abs(np.array(first, float)).mean())
 
         def sums(wi: Floats, wo: Floats, step: Any) -> Any:
             parameters[name] = first + step
@@ -135,7 +137,8 @@ class MitsubaSubject(Subject):
                 restored()
             return found
 
-        return Slope(f"the parameter {name}", _STEP, value, derivative)
+        step = _SHARE * size if size > 0.0 else _STEP
+        return Slope(f"the parameter {name}", step, value, derivative)
 
     def variants(self) -> Mapping[str, Evaluate]:
         if self._make is None:
