@@ -85,8 +85,8 @@ def area(subject: Subject, plan: Plan) -> Outcome:
     """The mean of 1 / pdf over samples in a cone about the mirror direction is the cone's area.
 
     A chi-square test sees one cell where a lobe is narrower than that. Here cones hold a tenth, a
-    half and nine tenths of the samples, however narrow that makes them; the rarest twentieth of each
-    is left out, where 1 / pdf is large. The size is the largest relative difference less five
+    half and nine tenths of the samples, however narrow that makes them. The rarest twentieth of
+    each is left out, where 1 / pdf is large. The size is the largest relative difference less five
     standard errors.
     """
     sizes, lights, shown, texts = [], [], [], []
