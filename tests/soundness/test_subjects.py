@@ -118,6 +118,7 @@ def test_what_an_object_lacks_is_not_applicable() -> None:
     ("given", "message"),
     [
         (3.0, r"float: has no method eval\(wi, wo\) to check"),
+        (nacre.load("captured:leather"), "is a texture; check takes BSDFs"),
         ({"type": "dielectric"}, "dielectric: reflects only in single directions, or not at all"),
         ({"type": "sphere"}, "sphere: is not a BSDF"),
         ({"type": "roughcondoctor"}, "roughcondoctor: Mitsuba: .*roughcondoctor"),

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from nacre.brdf import Brdf
+from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError, reason, require
 from nacre.io.files import PathLike
 from nacre.soundness.material import BrdfSubject
@@ -28,6 +29,8 @@ def subject(material: Any, name: str = "") -> Subject:
 
     Raises
     ------
+    FormatError
+        If it is a texture.
     NacreError
         If it cannot be evaluated.
     MissingExtraError, LLVMError
@@ -44,6 +47,8 @@ def _made(material: Any) -> Subject:
         return material
     if isinstance(material, Brdf):
         return BrdfSubject(material)
+    if isinstance(material, Btf):
+        raise FormatError(f"{material.name or 'this material'}: is a texture; check takes BSDFs")
     if isinstance(material, Mapping):
         return described(material)
     if any(kind.__module__.startswith("mitsuba") for kind in type(material).__mro__):

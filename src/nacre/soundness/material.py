@@ -8,34 +8,24 @@ from typing import Any
 
 import numpy as np
 
-from nacre.analytic import AnalyticBrdf
 from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
+from nacre.soundness.design import by_design
 from nacre.soundness.python_object import STEP, across, moved
 from nacre.soundness.result import NotApplicableError
 from nacre.soundness.subject import Drawn, Evaluate, Slope, Subject
 from nacre.soundness.variant import VARIANTS, VariantBsdf, missing_variants
 
-_STORED = "measurements, and networks and codes of them, need not be reciprocal"
-_NOISE = "a measurement's error may exceed what energy allows"
-
 
 class BrdfSubject(Subject):
-    """A reflectance with its sampler, and with derivatives where PyTorch can follow it.
-
-    What is measured, or fitted to measurements, need not be reciprocal nor conserve energy;
-    analytic models say by :attr:`nacre.Brdf.by_design` what they need not do.
-    """
+    """A reflectance with its sampler, and with derivatives where PyTorch can follow it."""
 
     def __init__(self, brdf: Brdf) -> None:
         self.brdf = brdf
         self.name = brdf.name or type(brdf).__name__
         self.isotropic = brdf.isotropic
-        measured = brdf.nbytes is not None and not isinstance(brdf, AnalyticBrdf)
-        stored = {"reciprocity": _STORED, "energy": _NOISE}
-        own = dict(brdf.by_design)
-        self.by_design = own | stored if measured and not brdf.physical else own
+        self.by_design = by_design(brdf)
 
     def eval(self, wi: Floats, wo: Floats) -> Floats:
         return np.asarray(self.brdf.eval(wi, wo), float)

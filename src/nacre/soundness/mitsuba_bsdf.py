@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
 from nacre.array import Floats
+from nacre.brdf import Brdf
 from nacre.errors import NacreError, require
 from nacre.mitsuba import engine, llvm
+from nacre.soundness.design import by_design
 from nacre.soundness.python_object import across, moved
 from nacre.soundness.result import NotApplicableError
 from nacre.soundness.subject import Drawn, Evaluate, Slope, Subject
 from nacre.soundness.variant import MAIN, VARIANTS, VariantBsdf, missing_variants
 
-_STEP = 2e-3  # of central differences in single precision, in radians or a parameter that is 0
+_STEP = 2e-3  # of differences in single precision, in radians or a parameter that is 0
 _SHARE = 0.01  # of other parameters, by which they move
 
 
@@ -49,6 +52,9 @@ class MitsubaSubject(Subject):
             smooth = int(flags.DiffuseReflection) | int(flags.GlossyReflection)
             if not kinds & smooth:
                 raise NacreError(f"{name}: reflects only in single directions, or not at all")
+            brdf = getattr(self._main.bsdf, "brdf", None)  # of this package's plugins
+            if isinstance(brdf, Brdf):
+                self.by_design = by_design(brdf)
             self.isotropic = not kinds & int(flags.Anisotropic)
 
     def eval(self, wi: Floats, wo: Floats) -> Floats:
@@ -60,17 +66,26 @@ class MitsubaSubject(Subject):
             interaction = main.interaction(wo)
             first = mi.Float(np.ascontiguousarray(u[:, 0], np.float32))
             second = mi.Point2f(np.ascontiguousarray(u[:, 1:].T, np.float32))
-            drawn, weight = main.bsdf.sample(main.context(), interaction, first, second)
-            self._dr.eval(drawn, weight)
-            wi, pdf = np.array(drawn.wo, float).T, np.array(drawn.pdf, float)
-            smooth = ~self._mi.has_flag(drawn.sampled_type, mi.BSDFFlags.Delta)
-            kept = np.broadcast_to(np.array(smooth, bool), pdf.shape) & (wi[:, 2] > 0.0)
-            return Drawn(wi, np.where(kept, pdf, 0.0), np.array(weight, float).T)
+            drawn, weight = main.bsdf.sample(mi.BSDFContext(), interaction, first, second)
+            self._dr.eval(drawn.wo, drawn.pdf, drawn.sampled_type, weight)
+            count = len(u)
+            wi = np.broadcast_to(np.array(drawn.wo, float).T, (count, 3))
+            pdf = np.broadcast_to(np.array(drawn.pdf, float), count)
+            weights = np.broadcast_to(np.array(weight, float).T, (count, 3))
+            mirrored = np.array(mi.has_flag(drawn.sampled_type, mi.BSDFFlags.Delta), bool)
+        kept = (wi[:, 2] > 0.0) & ~np.broadcast_to(mirrored, count)
+        # Some plugins say that they drew nothing by the weight alone.
+        none = kept & (weights == 0.0).all(axis=1)
+        if none.any():
+            kept[none] = self.pdf(wi[none], wo[none]) > 0.0
+        return Drawn(wi, np.where(kept, pdf, 0.0), weights)
 
     def pdf(self, wi: Floats, wo: Floats) -> Floats:
-        main = self._main
+        main, mi = self._main, self._mi
+        if not len(wi):
+            return np.zeros(0)
         with main.set():
-            found = main.bsdf.pdf(main.context(), main.interaction(wo), main.vector(wi))
+            found = main.bsdf.pdf(mi.BSDFContext(), main.interaction(wo), main.vector(wi))
             values = np.broadcast_to(np.array(found, float), len(wi))
         return np.where(wi[:, 2] > 0.0, values, 0.0)
 
@@ -78,12 +93,12 @@ class MitsubaSubject(Subject):
         with self._main.set():
             parameters = self._mi.traverse(self._main.bsdf)
             fixed = int(self._mi.ParamFlags.NonDifferentiable)
-            names = [
-                name
-                for name, _ in parameters
-                if not int(parameters.flags(name)) & fixed
-                and self._dr.is_diff_v(type(parameters[name]))
-            ]
+            names = []
+            for name in list(parameters.keys()):
+                with suppress(TypeError):  # some plugins list parameters that they do not have
+                    followed = self._dr.is_diff_v(type(parameters[name]))
+                    if followed and not int(parameters.flags(name)) & fixed:
+                        names.append(name)
         found = [Slope("the direction to the light", _STEP, self._turned, self._turning)]
         return found + [self._parameter(parameters, name) for name in names]
 
@@ -96,15 +111,16 @@ class MitsubaSubject(Subject):
             step = mi.Float(0.0)
             dr.enable_grad(step)
             light = main.vector(wi) + step * main.vector(across(wi))
-            value = main.bsdf.eval(main.context(), main.interaction(wo), light)
+            value = main.bsdf.eval(mi.BSDFContext(), main.interaction(wo), light)
             return self._forward(step, dr.sum(value) / light.z)
 
     def _forward(self, step: Any, value: Any) -> Floats:
         dr = self._dr
+        count = dr.width(value)
         if not dr.grad_enabled(value):
-            return np.zeros(dr.width(value))
+            return np.zeros(count)
         dr.forward(step)
-        return np.array(dr.grad(value), float)
+        return np.broadcast_to(np.array(dr.grad(value), float), count)
 
     def _parameter(self, parameters: Any, name: str) -> Slope:
         main, mi, dr = self._main, self._mi, self._dr
@@ -116,7 +132,7 @@ class MitsubaSubject(Subject):
             parameters[name] = first + step
             parameters.update()
             light = main.vector(wi)
-            value = main.bsdf.eval(main.context(), main.interaction(wo), light)
+            value = main.bsdf.eval(mi.BSDFContext(), main.interaction(wo), light)
             return dr.sum(value) / light.z
 
         def restored() -> None:
@@ -144,8 +160,12 @@ class MitsubaSubject(Subject):
         if self._make is None:
             raise NotApplicableError("it was given as an object, which has one variant")
         missing = missing_variants()
-        others = [v for v in VARIANTS if v not in missing and v != MAIN]
-        return {variant: VariantBsdf(variant, self._make).eval for variant in others}
+        found: dict[str, Evaluate] = {}
+        for variant in VARIANTS:
+            if variant not in missing and variant != MAIN:
+                with suppress(NacreError):  # some plugins are for RGB only
+                    found[variant] = VariantBsdf(variant, self._make).eval
+        return found
 
     def tolerance(self, variant: str) -> float:
         return 0.1 if "spectral" in variant else 0.01

@@ -15,7 +15,7 @@ from nacre.soundness.result import NotApplicableError
 from nacre.soundness.subject import Drawn, Evaluate, Slope, Subject
 
 STEP = 1e-4
-"""Step of central differences of directions in radians, for float64."""
+"""Step of differences of directions in radians, for float64."""
 
 
 class ObjectSubject(Subject):

@@ -36,7 +36,7 @@ class Slope:
     name
         The variable, in words: "the direction to the light", "the parameter alpha.value".
     step
-        For central differences.
+        For differences.
     value
         f_r summed over channels at pairs of directions, shape (n,), with the variable moved by a
         number.

@@ -6,6 +6,7 @@ Mitsuba's `si.wi` is our `wo`, and its `wo` our `wi`; its values have the cosine
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from nacre.array import Floats
 from nacre.errors import MissingExtraError, NacreError, reason, require
 from nacre.mitsuba import engine, llvm
+from nacre.mitsuba.plugins import register
 
 VARIANTS = "scalar_rgb", "llvm_ad_rgb", "llvm_ad_spectral"
 """Variants of Mitsuba that f_r is compared in."""
@@ -48,19 +50,21 @@ class VariantBsdf:
         self.variant = variant
         self.mi = require("mitsuba", "render")
         self.dr = require("drjit", "render")
+        engine.mitsuba()  # where no variant is set there is none to come back to
+        register()
         with self.set():
             self.bsdf = make()
 
     def set(self) -> Any:
-        """A block in which the variant is set, with this package's plugins."""
-        from nacre.mitsuba.plugins import register
-
-        register()
-        engine.mitsuba()  # where no variant is set there is none to come back to
+        """A block in which the variant is set."""
+        if self.mi.variant() == self.variant:
+            return nullcontext()
         return self.mi.variant_context(self.variant)
 
     def eval(self, wi: Floats, wo: Floats) -> Floats:
         """f_r in 1/sr, shape (n, 3)."""
+        if not len(wi):
+            return np.zeros((0, 3))
         with self.set():
             if self.variant.startswith("scalar"):
                 found = [self._value(a, b) for a, b in zip(wi, wo, strict=True)]
@@ -68,14 +72,14 @@ class VariantBsdf:
             elif self.mi.is_spectral:
                 values = self._color(wi, wo)
             else:
-                values = np.array(self._value(wi, wo), float).T
+                values = np.broadcast_to(np.array(self._value(wi, wo), float).T, (len(wi), 3))
         return np.where((wi[:, 2] > 0.0)[:, None], values / wi[:, 2:], 0.0)
 
     def _value(self, wi: Floats, wo: Floats) -> Any:
         """Mitsuba's value, with the cosine."""
         interaction = self.interaction(wo)
         try:
-            return self.bsdf.eval(self.context(), interaction, self.vector(wi))
+            return self.bsdf.eval(self.mi.BSDFContext(), interaction, self.vector(wi))
         except RuntimeError as error:
             raise NacreError(f"Mitsuba cannot evaluate it: {reason(error)}") from error
 
@@ -89,7 +93,9 @@ class VariantBsdf:
         kind = type(interaction.wavelengths)
         given = np.tile(nm.reshape(rows, 4), (len(wi), 1)).T
         interaction.wavelengths = kind(np.ascontiguousarray(given, np.float32))
-        found = np.array(self.bsdf.eval(self.context(), interaction, self.vector(lights)), float)
+        found = np.array(
+            self.bsdf.eval(self.mi.BSDFContext(), interaction, self.vector(lights)), float
+        )
         spectra = found.T.reshape(len(wi), _BANDS)
         xyz = np.stack([np.array(c, float).ravel() for c in mi.cie1931_xyz(mi.Float(nm))])
         white = self.dr.zeros(mi.SurfaceInteraction3f, rows)
@@ -98,13 +104,6 @@ class VariantBsdf:
         weights = xyz * lamp
         colors = spectra @ (weights / weights[1].sum()).T
         return np.array(mi.xyz_to_srgb(mi.Color3f(np.float32(colors.T))), float).T
-
-    def context(self) -> Any:
-        """Reflection only, without what goes in single directions."""
-        mi = self.mi
-        context = mi.BSDFContext()
-        context.type_mask = mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.GlossyReflection
-        return context
 
     def vector(self, w: Floats) -> Any:
         """Directions, shape (n, 3) or (3,), as the variant holds them."""

@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from nacre.brdf import Brdf
-from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
 from nacre.included import Material
 from nacre.io.files import PathLike, atomic_path
@@ -119,8 +117,6 @@ def check(
 
 def checkable(material: Checkable, bsdf: str | None = None) -> Subject:
     """What is checked of a material; arguments and errors are those of :func:`check`."""
-    if isinstance(material, Btf):
-        raise FormatError(f"{material.name or 'this material'}: is a texture; check takes BSDFs")
     if not isinstance(material, str | os.PathLike | Material):
         if bsdf is not None:
             raise NacreError("an id of a BSDF is for a scene (.xml)")
@@ -140,10 +136,7 @@ def checkable(material: Checkable, bsdf: str | None = None) -> Subject:
         return described(description(text))
     if not path.exists() and _PLUGIN.fullmatch(text):
         return _plugin(text)
-    found = opened(material)
-    if not isinstance(found, Brdf):
-        raise FormatError(f"{text}: is a texture; check takes BSDFs")
-    return subject(found, label(material))
+    return subject(opened(material), label(material))
 
 
 def _plugin(name: str) -> Subject:
