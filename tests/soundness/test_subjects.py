@@ -32,12 +32,15 @@ def states(report: Report) -> dict[str, str]:
     return {result.property: result.state for result in report.results}
 
 
-@pytest.mark.parametrize("brdf", [WHITE, GLOSSY], ids=["lambert", "ggx"])
+@pytest.mark.parametrize(
+    "brdf", [pytest.param(WHITE, marks=pytest.mark.slow, id="lambert"), GLOSSY]
+)
 def test_analytic_models_pass_everything(brdf: nacre.Brdf) -> None:
     require_mitsuba()
     assert set(states(check(subject(brdf), QUICK)).values()) == {"passed"}
 
 
+@pytest.mark.slow
 def test_a_bundled_network_is_sound_but_not_reciprocal_by_design() -> None:
     report = check(subject(nacre.load("rgl:paper_white")), QUICK)
     assert report.sound
@@ -128,6 +131,23 @@ def test_what_cannot_be_checked_is_said(given: Any, message: str) -> None:
     require_mitsuba()
     with pytest.raises(NacreError, match=message):
         subject(given)
+
+
+def test_a_bsdf_of_another_variant_is_refused() -> None:
+    mi = require_mitsuba()
+    with mi.variant_context("scalar_rgb"):
+        scalar = mi.load_dict({"type": "diffuse"})
+    with pytest.raises(NacreError, match="is not a BSDF of llvm_ad_rgb; make it in that variant"):
+        subject(scalar)
+
+
+def test_values_of_a_wrong_shape_are_named() -> None:
+    class Flat:
+        def eval(self, wi: Any, wo: Any) -> Any:
+            return np.zeros((3, len(wi)))
+
+    with pytest.raises(NacreError, match=r"eval gives values of shape \(3, .*expected \(n,\)"):
+        check(subject(Flat()), QUICK, ["energy"])
 
 
 def test_an_unknown_property_is_answered_with_similar_ones() -> None:

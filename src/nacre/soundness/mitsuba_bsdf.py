@@ -48,6 +48,8 @@ class MitsubaSubject(Subject):
         self._main = VariantBsdf(MAIN, bsdf if callable(bsdf) else lambda: bsdf)
         self._mi, self._dr = self._main.mi, self._main.dr
         with self._main.set():
+            if not isinstance(self._main.bsdf, self._mi.BSDF):
+                raise NacreError(f"{name}: is not a BSDF of {MAIN}; make it in that variant")
             flags, kinds = self._mi.BSDFFlags, self._main.bsdf.flags()
             smooth = int(flags.DiffuseReflection) | int(flags.GlossyReflection)
             if not kinds & smooth:

@@ -51,11 +51,11 @@ class ObjectSubject(Subject):
         self.by_design = dict(getattr(material, "by_design", {}))
 
     def eval(self, wi: Floats, wo: Floats) -> Floats:
-        return _channels(self._material.eval(wi, wo), len(wi))
+        return _channels(self._material.eval(wi, wo), len(wi), "eval")
 
     def sample(self, wo: Floats, u: Floats) -> Drawn:
         wi, pdf, *weight = self._method("sample", "it has no sampler")(wo, u)
-        given = _channels(weight[0], len(u)) if weight else None
+        given = _channels(weight[0], len(u), "the weight of sample") if weight else None
         return Drawn(np.asarray(wi, float), np.asarray(pdf, float), given)
 
     def pdf(self, wi: Floats, wo: Floats) -> Floats:
@@ -85,12 +85,18 @@ class ObjectSubject(Subject):
 
 
 def _evaluated(function: Callable[..., Any], wi: Floats, wo: Floats) -> Floats:
-    return _channels(function(wi, wo), len(wi))
+    return _channels(function(wi, wo), len(wi), "a variant")
 
 
-def _channels(values: Any, count: int) -> Floats:
-    """Values as an array of shape (n, channels)."""
-    return np.asarray(values, float).reshape(count, -1)
+def _channels(values: Any, count: int, what: str) -> Floats:
+    """Values as an array of shape (n, channels); NacreError if they are of another shape."""
+    found = np.asarray(values, float)
+    if found.ndim not in (1, 2) or len(found) != count:
+        raise NacreError(
+            f"{what} gives values of shape {found.shape} for {count} pairs; expected (n,) or "
+            "(n, channels)"
+        )
+    return found.reshape(count, -1)
 
 
 def across(wi: Floats) -> Floats:
