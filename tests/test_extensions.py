@@ -66,6 +66,25 @@ def test_the_package_has_a_member_of_each_family(installed: Path) -> None:
         assert len(brought) == 1, registry.what
 
 
+@pytest.mark.slow
+def test_the_package_keeps_the_contracts_by_a_suite_of_its_own(site: Path, tmp_path: Path) -> None:
+    """Outside of the checkout, with what is installed."""
+    shutil.copytree(EXAMPLE / "tests", tmp_path / "tests")
+    path = os.pathsep.join([str(site), *filter(None, sys.path)])
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": path},
+        check=False,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stdout
+    last = done.stdout.splitlines()[-1]
+    assert "1 xfailed" in last
+    assert int(last.split(" passed")[0].split()[-1]) > 70
+
+
 def test_a_format_of_another_package_serves_the_commands(installed: Path, site: Path) -> None:
     """In a process of its own, as a user has it."""
     truth = MATERIALS[0]()

@@ -32,7 +32,9 @@ if TYPE_CHECKING:
         neural,
         registry,
         sampling,
+        soundness,
         targets,
+        testing,
         textures,
         verbs,
         workflows,
@@ -43,7 +45,7 @@ if TYPE_CHECKING:
     from nacre.formats import load, save
     from nacre.included import materials
     from nacre.neural import NeuralBrdf, Recipe, fit_many
-    from nacre.verbs import compare, convert, estimate, export, fit, info, plot, render, view
+    from nacre.verbs import check, compare, convert, estimate, export, fit, info, plot, render, view
 
 __version__ = "0.2.0"
 
@@ -63,6 +65,7 @@ __all__ = [
     "array",
     "brdf",
     "btf",
+    "check",
     "color",
     "compare",
     "convert",
@@ -89,7 +92,9 @@ __all__ = [
     "render",
     "sampling",
     "save",
+    "soundness",
     "targets",
+    "testing",
     "textures",
     "verbs",
     "view",
@@ -103,7 +108,7 @@ _ATTRIBUTES = {
     "formats": ["load", "save"],
     "included": ["materials"],
     "neural": ["NeuralBrdf", "Recipe", "fit_many"],
-    "verbs": ["compare", "convert", "estimate", "fit", "info", "plot", "view"],
+    "verbs": ["check", "compare", "convert", "estimate", "fit", "info", "plot", "view"],
 }
 
 __getattr__, _, _ = lazy_loader.attach(

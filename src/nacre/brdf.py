@@ -154,6 +154,10 @@ class Brdf(Described):
     sampler: Sampler = CosineSampler()
     """Where :meth:`sample` and :meth:`pdf` come from."""
 
+    by_design: ClassVar[Mapping[str, str]] = {}
+    """Names of properties in :data:`nacre.soundness.PROPERTIES` that this kind of reflectance need
+    not have, each with the reason."""
+
     def __init__(
         self,
         *,

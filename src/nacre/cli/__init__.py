@@ -15,6 +15,7 @@ from nacre.cli.session import begin
 COMMANDS = {
     "Look at materials": {
         "info": "Show what a file holds, and whether a material is physical.",
+        "check": "Check whether materials and BSDFs are sound.",
         "compare": "Compare two materials in numbers and pictures.",
         "plot": "Plot the lobes of materials over one another.",
         "render": "Render a preview of a material, or a Mitsuba scene.",

@@ -143,7 +143,7 @@ def _direction(text: str) -> tuple[float, ...]:
     return angles
 
 
-INPUT, OUTPUT = Input(path_type=Path), Output()
+INPUT, OUTPUT, TEXT = Input(path_type=Path), Output(), click.STRING
 TEXELS, DIRECTION = Parsed("WxH", _texels), Parsed("THETA,PHI", _direction)
 TEXEL = integers("12,7", 2)
 

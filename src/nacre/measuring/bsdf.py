@@ -11,6 +11,34 @@ from nacre.measuring.virtual import MitsubaBrdf
 from nacre.mitsuba.scene_file import scene_bsdfs
 
 
+def description(text: str, where: str = "the description") -> dict[str, Any]:
+    """A BSDF described by JSON, for `mitsuba.load_dict`.
+
+    Raises NacreError, naming the description by `where`, if the text is not an object with a
+    "type", or would end the process.
+    """
+
+    def refuse(name: str) -> None:
+        raise NacreError(f"{where}: {name} is not a number of JSON")
+
+    try:
+        found = json.loads(text, parse_constant=refuse)
+        problem = _fatal(found)
+    except json.JSONDecodeError as error:
+        raise NacreError(
+            f"{where}: is no JSON: {error.msg} at character {error.pos + 1}"
+        ) from error
+    except RecursionError as error:
+        raise NacreError(f"{where}: is nested too deeply") from error
+    except ValueError as error:  # a number with too many digits
+        raise NacreError(f"{where}: cannot be read: {reason(error)}") from error
+    if not isinstance(found, dict) or not isinstance(found.get("type"), str):
+        raise NacreError(f'{where}: expected an object with a type, like {{"type": "plastic"}}')
+    if problem:
+        raise NacreError(f"{where}: {problem}")
+    return found
+
+
 def described_bsdf(text: str, where: str = "the description") -> MitsubaBrdf:
     """The reflectance of a BSDF described by JSON, as for `mitsuba.load_dict`.
 
@@ -24,27 +52,10 @@ def described_bsdf(text: str, where: str = "the description") -> MitsubaBrdf:
     from nacre.mitsuba import register
     from nacre.mitsuba.engine import mitsuba
 
-    def refuse(name: str) -> None:
-        raise NacreError(f"{where}: {name} is not a number of JSON")
-
-    try:
-        description = json.loads(text, parse_constant=refuse)
-        problem = _fatal(description)
-    except json.JSONDecodeError as error:
-        raise NacreError(
-            f"{where}: is no JSON: {error.msg} at character {error.pos + 1}"
-        ) from error
-    except RecursionError as error:
-        raise NacreError(f"{where}: is nested too deeply") from error
-    except ValueError as error:  # a number with too many digits
-        raise NacreError(f"{where}: cannot be read: {reason(error)}") from error
-    if not isinstance(description, dict) or not isinstance(description.get("type"), str):
-        raise NacreError(f'{where}: expected an object with a type, like {{"type": "plastic"}}')
-    if problem:
-        raise NacreError(f"{where}: {problem}")
+    given = description(text, where)
     register()
     try:
-        bsdf = mitsuba().load_dict(description)
+        bsdf = mitsuba().load_dict(given)
     except NacreError:
         raise
     except Exception as error:  # Mitsuba raises what its parser, plugins and pybind meet

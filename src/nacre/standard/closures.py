@@ -54,6 +54,9 @@ class Closures(FactoredBrdf):
     """
 
     model = "closures"
+    by_design: ClassVar = {
+        "reciprocity": "its closures change with the view alone, so that a shader can compute them"
+    }
     fitted_on = "pictures"
     parameters = ()
     tables: ClassVar[tuple[TableParameter, ...]] = TABLES

@@ -43,6 +43,9 @@ class Gltf(AnalyticBrdf):
     """glTF's material; roughnesses are roots of alpha, the film's thickness is in nm."""
 
     model = "gltf"
+    by_design: ClassVar = {
+        "reciprocity": "its film and coat use the viewer's angle alone, as the extensions say"
+    }
     fitted_on = "pictures"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         color_parameter("baseColorFactor"),

@@ -63,6 +63,9 @@ class OpenPbr(AnalyticBrdf):
     """
 
     model = "openpbr"
+    by_design: ClassVar = {
+        "reciprocity": "a layer dims those below by its albedo toward the viewer, as in MaterialX"
+    }
     fitted_on: ClassVar[Literal["samples", "pictures"]] = "pictures"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         fraction("base_weight", (1.0, 1.0)),

@@ -45,6 +45,9 @@ class Principled(AnalyticBrdf):
     """
 
     model = "principled"
+    by_design: ClassVar = {
+        "reciprocity": "a layer dims those below by its albedo toward the viewer, as in Blender"
+    }
     fitted_on: ClassVar[Literal["samples", "pictures"]] = "pictures"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         color_parameter("base_color"),

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import lazy_loader
 
 if TYPE_CHECKING:
+    from nacre.verbs.checking import Checked, check
     from nacre.verbs.comparing import Compared, compare
     from nacre.verbs.converting import convert
     from nacre.verbs.estimating import estimate
@@ -23,12 +24,14 @@ if TYPE_CHECKING:
     from nacre.verbs.viewing import Page, view
 
 __all__ = [
+    "Checked",
     "Compared",
     "Exported",
     "Facts",
     "Page",
     "Picture",
     "Plot",
+    "check",
     "compare",
     "convert",
     "estimate",
@@ -43,6 +46,7 @@ __all__ = [
 __getattr__, __dir__, _ = lazy_loader.attach(
     __name__,
     submod_attrs={
+        "checking": ["Checked", "check"],
         "comparing": ["Compared", "compare"],
         "converting": ["convert"],
         "estimating": ["estimate"],

@@ -1,0 +1,23 @@
+"""Which properties reflectances need not have."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from nacre.analytic import AnalyticBrdf
+from nacre.brdf import Brdf
+
+_STORED = {
+    "reciprocity": "measurements, and networks and codes of them, need not be reciprocal",
+    "energy": "a measurement's error may exceed what energy allows",
+}
+
+
+def by_design(brdf: Brdf) -> Mapping[str, str]:
+    """Names of properties that a reflectance need not have, with the reason.
+
+    They are those that its class declares (:attr:`nacre.Brdf.by_design`). What is measured, or
+    fitted to measurements, need not be reciprocal nor conserve energy besides.
+    """
+    measured = brdf.nbytes is not None and not isinstance(brdf, AnalyticBrdf)
+    return {**brdf.by_design, **(_STORED if measured and not brdf.physical else {})}
