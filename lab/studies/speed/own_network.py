@@ -15,6 +15,7 @@ import nacre
 from nacre.errors import require
 from nacre.mitsuba.functions import reflectance
 from nacre.mitsuba.passes import wavefronts
+from nacre.neural.chain import ChainBrdf
 from nacre.neural.nbrdf import NeuralBrdf
 
 SIZE, SAMPLES, ROUNDS = 256, 64, 9
@@ -47,6 +48,7 @@ def main() -> None:
         given = {"inputs": inputs, "sampler": truth.sampler}
         made = reflectance(module, **given)
         # The same layers and inputs in nacre's own network.
+        assert isinstance(made, ChainBrdf)
         own = NeuralBrdf(made.layers, inputs=truth.inputs, sampler=truth.sampler)
         for weights in ("literals", "cooperative"):
             scenes = [scene(nacre.mitsuba.bsdf(brdf, weights=weights)) for brdf in (own, made)]
