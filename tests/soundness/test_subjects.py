@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,8 @@ import pytest
 import nacre
 from nacre.analytic.lambert import Lambert
 from nacre.errors import NacreError
+from nacre.neural.chain import ChainBrdf
+from nacre.numerics.mlp import Layer
 from nacre.soundness import Plan, Report, check, subject
 from nacre.soundness.making import in_scene
 from tests.soundness.faults import GLOSSY
@@ -47,6 +50,15 @@ def test_a_bundled_network_is_sound_but_not_reciprocal_by_design() -> None:
     assert {name for name, state in states(report).items() if state != "passed"} == {"reciprocity"}
     assert report["reciprocity"].state == "by design"
     assert "measurements" in report["reciprocity"].sentence
+
+
+def test_errors_of_measurements_excuse_a_little_energy() -> None:
+    """A network that reflects 1.1 times the light may be one of a measurement; 1.5 times is wrong."""
+    for share, state in ((1.1, "by design"), (1.5, "failed")):
+        layer = Layer(np.zeros((6, 3)), np.full(3, share / math.pi))
+        found = check(subject(ChainBrdf([layer], [""])), Plan(), ["energy"])
+        assert found["energy"].state == state
+        assert found["energy"].size == pytest.approx(share, rel=1e-3)
 
 
 @pytest.mark.parametrize("name", tiered(MITSUBA, ["diffuse", "near mirror"]))

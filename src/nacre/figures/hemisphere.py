@@ -21,9 +21,9 @@ def hemisphere_map(outcome: Outcome) -> Any:
     """A Matplotlib figure of the violation over directions to the light.
 
     The middle is the normal, the rim the horizon, and the distance from the middle the polar angle.
-    Dots are gray where there is no violation, and darker the larger it is; what is not finite is
-    red. Of more than 4,000 directions those with the largest violations are drawn, and others at
-    even steps.
+    Dots are gray where there is no violation, and darker the larger it is, up to the largest or
+    the limit, whichever is more; what is not finite is red. Of more than 4,000 directions those
+    with the largest violations are drawn, and others at even steps.
 
     Raises MissingExtraError if Matplotlib is not installed.
     """
@@ -50,7 +50,8 @@ def hemisphere_map(outcome: Outcome) -> Any:
     largest = float(values[finite].max(initial=0.0))
     colors = np.full((len(values), 3), 0.86)
     marked = finite & (values > 0.0)
-    colors[marked] = magma(1.0 - 0.9 * values[marked] / largest)
+    scale = max(largest, outcome.limit if outcome.limit < 1.0 else 0.0)
+    colors[marked] = magma(1.0 - 0.9 * values[marked] / scale)
     colors[~finite] = (0.84, 0.15, 0.16)
     size = 2.0 if len(values) > 500 else 14.0
     axes.scatter(theta * np.cos(phi), theta * np.sin(phi), c=colors, s=size, linewidths=0.0)

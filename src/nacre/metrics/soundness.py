@@ -10,8 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-USUAL_ALBEDO = 1.2
-"""Largest albedo that counts as usual for a measurement: the largest seen is 1.156."""
+from nacre.numerics.albedo import USUAL_ALBEDO
 
 USUAL_RECIPROCITY, LARGE_RECIPROCITY = 0.1, 0.5
 """Reciprocity errors that 114 and 132 of these 134 stay below; beyond are paints whose color

@@ -12,6 +12,9 @@ from nacre.array import Floats
 from nacre.geometry import cosine_hemisphere, join
 from nacre.numerics.exchange import numbers
 
+USUAL_ALBEDO = 1.2
+"""Largest albedo that counts as usual for a measurement: the largest seen is 1.156."""
+
 _POINTS = 1 << 13
 _STEPS = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
 """Steps of the R sequence in three dimensions; see :mod:`nacre.sampling.sequence`."""

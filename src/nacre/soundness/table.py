@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from nacre.errors import NacreError, did_you_mean
 from nacre.runtime.progress import Progress, silent
 from nacre.soundness import agreement, drawing, energy, symmetry, values
+from nacre.soundness.design import excuses
 from nacre.soundness.directions import Plan
 from nacre.soundness.result import NotApplicableError, Outcome, Report, Result, State
 from nacre.soundness.subject import Subject
@@ -80,9 +81,10 @@ def _result(name: str, subject: Subject, plan: Plan) -> Result:
         return Result(name, "not applicable", f"Not applicable: {reason}.")
     sentence = found.sentence
     fails = not found.size <= found.limit
-    reason_given = subject.by_design.get(name)
-    if fails and reason_given:
-        sentence = f"{sentence} By design: {reason_given}."
-    state: State = "passed" if not fails else "by design" if reason_given else "failed"
+    excuse = subject.by_design.get(name)
+    meant = fails and excuse is not None and excuses(excuse, found.size)
+    if meant:
+        sentence = f"{sentence} By design: {excuse}."
+    state: State = "passed" if not fails else "by design" if meant else "failed"
     where = found.worst() if fails else None
     return Result(name, state, sentence, found.size, found.limit, where, found)
