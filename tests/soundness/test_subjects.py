@@ -53,7 +53,7 @@ def test_a_bundled_network_is_sound_but_not_reciprocal_by_design() -> None:
 
 
 def test_errors_of_measurements_excuse_a_little_energy() -> None:
-    """A network that reflects 1.1 times the light may be one of a measurement; 1.5 times is wrong."""
+    """What reflects 1.1 times the light may be a measurement; 1.5 times is wrong."""
     for share, state in ((1.1, "by design"), (1.5, "failed")):
         layer = Layer(np.zeros((6, 3)), np.full(3, share / math.pi))
         found = check(subject(ChainBrdf([layer], [""])), Plan(), ["energy"])

@@ -237,7 +237,8 @@ def _continued(
     rim = finite & (wi[2] <= 0.0) & (wi[2] > -_RIM)
     edge = 2.0 * _grazing(evaluate, light[rim], view[rim], _LOW)
     edge -= _grazing(evaluate, light[rim], view[rim], 2.0 * _LOW)
-    values[rim] = 2.0 * edge - values[rim]
+    # Not below 0: other readers would reflect it just above the horizon.
+    values[rim] = np.maximum(2.0 * edge - values[rim], 0.0)
     values[wi[2] <= -_RIM] = 0.0
     return values, finite & (wi[2] > 0.0) & brdf.valid(light, view)
 
