@@ -30,11 +30,12 @@ _SCENE_OPTIONS = ("output", "size", "height", "spp", "seed", "denoise")
 def _size(text: str) -> tuple[int, int | None]:
     """Width, and height if it is given."""
     parts = text.lower().split("x")
-    if len(parts) > 2 or not all(p.isascii() and p.isdigit() and len(p) < 6 for p in parts):
+    if len(parts) > 2 or not all(p.isascii() and p.isdigit() and len(p) < 12 for p in parts):
         raise ValueError(f"{text!r}: expected a width, or a width and a height, like 640x480")
     sizes = [int(part) for part in parts]
-    if not all(1 <= size <= MAX_SIZE for size in sizes):
-        raise ValueError(f"{text}: expected 1 to {MAX_SIZE:,} pixels each way")
+    for size in sizes:
+        if not 1 <= size <= MAX_SIZE:
+            raise ValueError(f"expected 1 to {MAX_SIZE:,}, got {size:,}")
     return sizes[0], (sizes[1] if len(sizes) > 1 else None)
 
 
