@@ -88,8 +88,13 @@ def test_pictures_of_adjoint_integrators_are_mitsubas(rgb: Any, tmp_path: Path, 
 
 def test_bands_of_a_spectral_film_are_mitsubas(spectral: Any, tmp_path: Path) -> None:
     assert_equal_to_mitsuba(spectral, tmp_path, scenes.SPECTRAL_FILM)
-    with pytest.raises(NacreError, match=r"z_red, blue, which are no colors: write an \.exr"):
-        render_file(tmp_path / "scene.xml")
+    path = tmp_path / "scene.xml"
+    with pytest.raises(NacreError, match=r"holds bands, which are no colors: write an \.exr"):
+        render_file(path)
+    rendering = SceneRendering(path, 1)
+    assert list(rendering.passes()) == [1.0]
+    with pytest.raises(NacreError, match="film holds z_red, blue, which are no colors"):
+        rendering.picture().write(tmp_path / "bands.png")
 
 
 def test_stokes_vectors_are_mitsubas(polarized: Any, tmp_path: Path) -> None:

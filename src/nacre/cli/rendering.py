@@ -54,7 +54,10 @@ def render_scene(source: Path, output: Path | None, chosen: dict[str, Any]) -> N
     clean = chosen["denoise"] and options.is_given("denoise")
     line = progress(source.stem, "compiling")
     with variant_in_use(chosen["variant"]):
-        rendering = SceneRendering(source, chosen["spp"], chosen["seed"], changes, clean)
+        shown = output.suffix.lower() != ".exr"
+        rendering = SceneRendering(
+            source, chosen["spp"], chosen["seed"], changes, clean, colors=shown
+        )
         show = line.parts("rendering")
         try:
             for part in rendering.passes():

@@ -21,6 +21,16 @@ _SPACES = {"R": ("R", "G", "B"), "X": ("X", "Y", "Z"), "Y": ("Y",)}
 """The channels that a film's colors begin with, by the first."""
 
 
+_BANDS = "SpecFilm"
+_NO_COLORS = "which are no colors: write an .exr, or make it an hdrfilm"
+
+
+def check_colors(film: Any) -> None:
+    """Raise NacreError if a film does not hold colors; call it before a long rendering."""
+    if film.class_name() == _BANDS:
+        raise NacreError(f"the scene's film holds bands, {_NO_COLORS}")
+
+
 @dataclass(frozen=True, eq=False)
 class FilmPicture:
     """A picture as a film holds it.
@@ -98,12 +108,9 @@ class FilmPicture:
             write_image(self.colors, path)
 
     def _base(self) -> tuple[str, ...]:
-        base = _SPACES.get(self.names[0], ()) if self.kind != "SpecFilm" else ()
+        base = _SPACES.get(self.names[0], ()) if self.kind != _BANDS else ()
         if not base or self.names[: len(base)] != base:
-            raise NacreError(
-                f"the scene's film holds {', '.join(self.names)}, which are no colors: write an "
-                ".exr, or make it an hdrfilm"
-            )
+            raise NacreError(f"the scene's film holds {', '.join(self.names)}, {_NO_COLORS}")
         return base
 
     def _write_channels(self, path: Path) -> None:

@@ -7,11 +7,12 @@ from contextlib import nullcontext
 from dataclasses import replace
 
 from nacre.array import Image
-from nacre.errors import NacreError, is_shortage
+from nacre.errors import NacreError, is_shortage, require
 from nacre.io.files import PathLike
+from nacre.mitsuba.denoise import can_denoise
 from nacre.mitsuba.denoise import denoise as remove_noise
 from nacre.mitsuba.engine import mitsuba, variant_in_use
-from nacre.mitsuba.film import FilmPicture
+from nacre.mitsuba.film import FilmPicture, check_colors
 from nacre.mitsuba.passes import (
     PASS,
     WHOLE,
@@ -47,13 +48,15 @@ class SceneRendering:
     denoise
         Whether to remove noise; the film then does not share samples between pixels. Albedo and
         normals are those that the scene's `aov` integrator is asked for, or rendered for this.
+    colors
+        Whether the film must hold colors, as it must to be denoised or written as `.png`.
 
     Raises
     ------
     FormatError
         If the file cannot be read, is no scene, or has no such parameter or sensor.
     NacreError
-        If it needs more memory than there is.
+        If it needs more memory than there is, or must hold colors and does not.
     MissingExtraError, LLVMError
         See :func:`nacre.mitsuba.mitsuba`.
     """
@@ -65,14 +68,19 @@ class SceneRendering:
         seed: int = 0,
         changes: SceneChanges | None = None,
         denoise: bool = False,
+        colors: bool = False,
     ) -> None:
         changes = changes or SceneChanges()
         if denoise:
+            if not can_denoise():
+                require("pyoidn", "render")  # says what to install, before a long rendering
             changes = replace(changes, box_filter=True)
         self._path, self._seed, self._denoise = path, seed, denoise
         self._loaded = loaded = load_changed_scene(path, changes)
         sensor = loaded.scene.sensors()[loaded.sensor]
         self._film = sensor.film()
+        if colors or denoise:
+            check_colors(self._film)
         self.spp = spp or int(sensor.sampler().sample_count())
         """Samples per pixel in all."""
         self._wavefront = needs_wavefronts(loaded.scene)
@@ -119,8 +127,7 @@ class SceneRendering:
     def finished(self) -> FilmPicture:
         """The picture after all passes, denoised where that was asked for.
 
-        Raises NacreError if the film has no colors to denoise, or the denoiser fails;
-        MissingExtraError without `pyoidn`.
+        Raises NacreError if the denoiser fails, MissingExtraError without `pyoidn`.
         """
         picture = self.picture()
         if not self._denoise:
@@ -197,7 +204,7 @@ def render_file(
     """
     changes = SceneChanges(parameters or {}, sensor, width, height)
     with variant_in_use(variant):
-        rendering = SceneRendering(path, spp, seed, changes, denoise)
+        rendering = SceneRendering(path, spp, seed, changes, denoise, colors=True)
         for part in rendering.passes():
             if progress is not None:
                 progress(part)
