@@ -31,6 +31,7 @@ from typing import Any
 import numpy as np
 
 import nacre
+from lab.studies.optimizing import optimized_codes, optimized_weights
 from lab.studies.study import Study, data, log
 from nacre.array import Floats
 from nacre.geometry import cosine_hemisphere, join
@@ -192,6 +193,8 @@ PARTS = {
     "numbers": Part(numbers, 50),
     "orders": Part(orders, 50),
     "encodes": Part(encodes, 100),
+    "weights": Part(optimized_weights, 500),
+    "codes": Part(optimized_codes, 500),
 }
 WARM_UP = 5
 """One of how many rounds is left out at the beginning, at least."""

@@ -67,6 +67,11 @@ def xyz_to_rgb(xyz: Colors) -> Doubles:
     return np.asarray(np.asarray(xyz, np.float64) @ to_rgb.T)
 
 
+def rgb_to_xyz(rgb: Colors) -> Doubles:
+    """CIE 1931 XYZ from linear Rec. 709 RGB, the inverse of :func:`xyz_to_rgb`."""
+    return np.asarray(np.asarray(rgb, np.float64) @ rgb_to_xyz_matrix(REC_709).T)
+
+
 def tone_map(image: Floats, gamma: float = GAMMA) -> Floats:
     """Clip linear values to [0, 1] and apply a gamma curve (NBRDF paper, section 3.2)."""
     mapped: Floats = np.clip(image, 0.0, 1.0) ** (1.0 / gamma)

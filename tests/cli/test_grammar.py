@@ -69,7 +69,8 @@ def test_an_option_means_the_same_everywhere():
             flag = max(o.opts, key=len)
             types.setdefault(flag, set()).add(f"{type(o.type).__name__} {o.type.name} {o.nargs}")
     mixed = {flag: kinds for flag, kinds in types.items() if len(kinds) > 1}
-    allowed = {"--model", "--output", "--basis"}  # a choice or a name; a file or a folder
+    # A choice or a name; a file or a folder; a width, in nacre render maybe with a height.
+    allowed = {"--model", "--output", "--basis", "--size"}
     assert set(mixed) <= allowed, mixed
 
 

@@ -117,7 +117,7 @@ def test_totals_mean_the_same_in_both_formats() -> None:
 )
 def test_scenes_of_other_channels_are_gray_spheres(name: str) -> None:
     pytest.importorskip("mitsuba", reason="needs mitsuba")
-    from nacre.mitsuba.scene_file import render_file
+    from nacre.mitsuba.scene_rendering import render_file
 
     picture = render_file(case(*name.split("/")), spp=32)
     assert picture.shape == (32, 32, 3)

@@ -77,16 +77,19 @@ def test06_the_ball_is_a_closed_solid():
     assert np.all(np.diff(theta) > 0.0)
     assert radius.max() == 1.0
     assert radius.min() == pytest.approx(0.86)
-    scene = mitsuba().load_dict(describe_scene({"type": "diffuse"}))
-    ball = next(shape for shape in scene.shapes() if shape.id() == "ball")
-    positions = np.array(ball.vertex_position(np.arange(ball.vertex_count()))).T
-    normals = np.array(ball.vertex_normal(np.arange(ball.vertex_count()))).T
-    outward = np.einsum("ij,ij->i", positions - [0.0, 1.12, 0.0], normals)
-    assert outward.min() > 0.0
-    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-5)
-    first, second, third = positions[np.array(ball.face_indices(np.arange(ball.face_count())))]
-    facing = np.cross(second - first, third - first)
-    assert np.einsum("ij,ij->i", facing, first - [0.0, 1.12, 0.0]).min() > -1e-6
+    mi = mitsuba()
+    described = describe_scene({"type": "diffuse"})
+    scene = mi.load_dict({"type": "scene", "ball": described["ball"]})
+    outward = np.random.default_rng(0).normal(size=(4000, 3)).astype(np.float32)
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    origin = np.float32([0.0, 1.12, 0.0]) + 3.0 * outward
+    hit = scene.ray_intersect(mi.Ray3f(mi.Point3f(origin.T), mi.Vector3f(-outward.T)))
+    assert np.all(hit.is_valid())
+    distances = np.linalg.norm(np.array(hit.p).T - [0.0, 1.12, 0.0], axis=1)
+    assert 0.85 < distances.min() < distances.max() < 1.01
+    for normals in (np.array(hit.n).T, np.array(hit.sh_frame.n).T):
+        np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-5)
+        assert np.einsum("ij,ij->i", normals, outward).min() > 0.0
 
 
 def test07_exr_keeps_linear_values(tmp_path: Path):

@@ -10,7 +10,8 @@ import pytest
 
 import nacre
 from nacre.errors import FormatError, NacreError
-from nacre.mitsuba.scene_file import load_scene, render_file, scene_bsdfs
+from nacre.mitsuba.scene_file import load_scene, scene_bsdfs
+from nacre.mitsuba.scene_rendering import render_file
 
 from .reflectances import network
 

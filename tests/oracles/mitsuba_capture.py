@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from nacre.mitsuba.mesh import triangle_mesh
 from nacre.textures.capture import Mesostructure
 from nacre.textures.capture.gonioreflectometer import DEPTH
 
@@ -94,16 +95,8 @@ def mesh(mi: Any, surface: Mesostructure, bsdf: dict[str, Any]) -> Any:
     east, north, far = corner + 1, corner + count + 1, corner + count + 2
     faces = np.stack([corner, east, far, corner, far, north], -1).reshape(-1, 3)
     albedo = surface.albedo[y[:-1, :-1] % size, x[:-1, :-1] % size].repeat(2, 1)
-    properties = mi.Properties()
-    properties["bsdf"] = mi.load_dict(bsdf)
-    properties["face_normals"] = True
-    result = mi.Mesh("surface", len(vertices), len(faces), properties, has_vertex_texcoords=True)
+    result = triangle_mesh(mi, "surface", vertices, faces, bsdf, vertices[:, :2])
     result.add_attribute("face_albedo", 3, albedo.reshape(-1).astype(np.float32))
-    parameters = mi.traverse(result)
-    parameters["vertex_positions"] = vertices.reshape(-1).astype(np.float32)
-    parameters["faces"] = faces.reshape(-1).astype(np.uint32)
-    parameters["vertex_texcoords"] = vertices[:, :2].reshape(-1).astype(np.float32)
-    parameters.update()
     return result
 
 

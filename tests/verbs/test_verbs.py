@@ -213,7 +213,7 @@ def test_render_of_textures_and_animations(folder: Path) -> None:
         ("weave.npz", {"shape": "ball"}, "'ball' is no shape here"),
         ("weave.npz", {"frames": 2}, 'add light="directional"'),
         ("weave.npz", {"frames": 2, "light": "point", "denoise": True}, "not for animations"),
-        ("scene.xml", {"size": 3}, "size cannot be used here: scene.xml is a scene"),
+        ("scene.xml", {"shape": "ball"}, "shape cannot be used here: scene.xml is a scene"),
         ("a.png", {}, r"there is no such file; to write it, call .save\('a.png'\)"),
         ("rgl:paper_wite", {}, "did you mean rgl:paper_white"),
     ],

@@ -24,6 +24,7 @@ import numpy as np
 
 import nacre
 from lab.studies.study import Study, data
+from nacre.mitsuba.mesh import triangle_mesh
 from nacre.sampling import BlinnPhongMixture
 from nacre_lab.reproduce.throughput import race
 
@@ -98,14 +99,7 @@ def ball(mi: Any, bsdf: Any) -> Any:
     corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     low, high = (corner, corner + columns, corner + 1), (corner + 1, corner + columns)
     faces = np.concatenate([np.stack(low, 1), np.stack([*high, corner + columns + 1], 1)])
-    properties = mi.Properties()
-    properties["bsdf"] = mi.load_dict(bsdf) if isinstance(bsdf, dict) else bsdf
-    mesh = mi.Mesh("ball", x.size, len(faces), props=properties)
-    parameters = mi.traverse(mesh)
-    parameters["vertex_positions"] = mi.Float(np.stack([x, y, z], -1).ravel())
-    parameters["faces"] = mi.UInt32(faces.ravel())
-    parameters.update()
-    return mesh
+    return triangle_mesh(mi, "ball", np.stack([x, y, z], -1), faces, bsdf)
 
 
 def scene(mi: Any, bsdf: Any, size: int) -> Any:

@@ -14,6 +14,7 @@ SUBJECTS = {
     "btf": "textures (BTFs)",
     "network": "networks",
     "codec": "unified and custom codecs",
+    "scene": "Mitsuba scenes (.xml)",
 }
 """Kinds of materials and models that an option may be limited to."""
 

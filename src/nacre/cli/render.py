@@ -23,7 +23,27 @@ from nacre.workflows.texture_rendering import TEXTURE_SPP
 _SHAPES = list(dict.fromkeys((*scene.SHAPES, *texture_scene.GEOMETRIES)))
 _LIGHTS = list(dict.fromkeys((*scene.LIGHTS, *texture_scene.LIGHTS)))
 _PIXELS = IntRange(1, MAX_SIZE)
-_SCENE_OPTIONS = ("source", "output", "spp", "seed")
+_OF_SCENES = "scene"
+_SCENE_OPTIONS = ("output", "size", "height", "spp", "seed", "denoise")
+
+
+def _size(text: str) -> tuple[int, int | None]:
+    """Width, and height if it is given."""
+    parts = text.lower().split("x")
+    if len(parts) > 2 or not all(p.isascii() and p.isdigit() and len(p) < 12 for p in parts):
+        raise ValueError(f"{text!r}: expected a width, or a width and a height, like 640x480")
+    sizes = [int(part) for part in parts]
+    for size in sizes:
+        if not 1 <= size <= MAX_SIZE:
+            raise ValueError(f"expected 1 to {MAX_SIZE:,}, got {size:,}")
+    return sizes[0], (sizes[1] if len(sizes) > 1 else None)
+
+
+def _definition(text: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not (name and equals):
+        raise ValueError(f"{text!r}: expected a name and a value, like width=640")
+    return name, value
 
 
 @make(
@@ -42,9 +62,10 @@ _SCENE_OPTIONS = ("source", "output", "spp", "seed")
     option("--light", _LIGHTS, metavar="NAME", default="environment"),
     f"Light on the object: {', '.join(_LIGHTS)}.",
     options.environment_option(),
-    option("--size", _PIXELS, default=512, help="Width of the picture in pixels."),
-    option("--height", _PIXELS, applies="brdf", first=True, shown="the width"),
-    "Height of the picture in pixels.",
+    option("--size", options.Parsed("N|WxH", _size), default="512", shown="512; a scene's own"),
+    f"Width of the picture, or width and height, in pixels. 1 to {MAX_SIZE:,}.",
+    option("--height", _PIXELS, shown="the width; in a scene's proportions"),
+    "Height of the picture in pixels; not for textures.",
     option(
         "--spp",
         IntRange(1),
@@ -54,7 +75,7 @@ _SCENE_OPTIONS = ("source", "output", "spp", "seed")
     "Samples per pixel.",
     option("--denoise/--no-denoise", default=True),
     "Remove noise if Intel's denoiser is installed (extra: render); not from animations and "
-    "comparisons.",
+    "comparisons, and from scenes if you say so.",
     options.seed_option(),
     option("--angle", FiniteRange(0.0, 89.0), applies="btf", default=45.0),
     "Angle between the view and a directional or point light, in degrees.",
@@ -85,6 +106,17 @@ _SCENE_OPTIONS = ("source", "output", "spp", "seed")
     "Gray image of heights, for a texture whose texels follow a surface: see nacre btf capture "
     "--height-map.",
     options.depth_option(group="parallax of textures"),
+    option(
+        "-D --define",
+        options.Parsed("NAME=VALUE", _definition),
+        applies=_OF_SCENES,
+        multiple=True,
+    ),
+    "Value of a parameter that the scene calls $NAME, in place of its <default>; may be repeated.",
+    option("--sensor", applies=_OF_SCENES, metavar="N|ID", shown="the first"),
+    "Sensor to render, by its number from 0 or its id.",
+    option("--variant", applies=_OF_SCENES, metavar="NAME", shown="llvm_ad_rgb"),
+    "Variant of Mitsuba to render with, such as llvm_ad_spectral.",
     reads=True,
 )
 def command(source: Path, output: Path | None, **chosen: Any) -> None:
@@ -96,10 +128,14 @@ def command(source: Path, output: Path | None, **chosen: Any) -> None:
     """
     if source.suffix.lower() == ".xml" and not describe_kind(source):
         for given, flag in options.given():
-            if given.name not in _SCENE_OPTIONS:
+            if given.applies != _OF_SCENES and given.name not in _SCENE_OPTIONS:
                 raise click.UsageError(f"{flag} is for materials; {source} is a scene")
-        render_scene(source, output, chosen["spp"], chosen["seed"])
-    elif kind_of(source) == "brdf":
+        render_scene(source, output, chosen)
+        return
+    options.refuse([_OF_SCENES], f"{source} is a material")
+    for name in ("define", "sensor", "variant"):
+        del chosen[name]
+    if kind_of(source) == "brdf":
         render_reflectance(source, output, chosen)
     else:
         render_texture(source, output, chosen)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from nacre.cli import options
-from nacre.cli.report import keyed, print_facts, progress, report
+from nacre.cli.report import aside, keyed, print_facts, progress, report
 from nacre.io.names import stem
 from nacre.mitsuba import scene
 from nacre.mitsuba.textures import scene as texture_scene
@@ -38,17 +38,39 @@ def _environment(path: Path | None) -> Environment | None:
     return load_environment(path) if path else None
 
 
-def render_scene(source: Path, output: Path | None, spp: int | None, seed: int) -> None:
-    from nacre.mitsuba.preview import check_image_path, write_image
-    from nacre.mitsuba.scene_file import render_file
+def render_scene(source: Path, output: Path | None, chosen: dict[str, Any]) -> None:
+    from nacre.mitsuba.engine import variant_in_use
+    from nacre.mitsuba.preview import check_image_path
+    from nacre.mitsuba.scene_file import SceneChanges
+    from nacre.mitsuba.scene_rendering import SceneRendering
 
     output = output or Path(f"{stem(source)}.png")
     check_image_path(output)
     options.check_outputs([output], [source])
+    width, height = chosen["size"] if options.is_given("size") else (None, None)
+    changes = SceneChanges(
+        dict(chosen["define"]), chosen["sensor"], width, chosen["height"] or height
+    )
+    clean = chosen["denoise"] and options.is_given("denoise")
     line = progress(source.stem, "compiling")
-    image = render_file(source, spp=spp, seed=seed, progress=line.parts("rendering"))
-    write_image(image, output)
-    height, width = image.shape[:2]
+    with variant_in_use(chosen["variant"]):
+        shown = output.suffix.lower() != ".exr"
+        rendering = SceneRendering(
+            source, chosen["spp"], chosen["seed"], changes, clean, colors=shown
+        )
+        show = line.parts("rendering")
+        try:
+            for part in rendering.passes():
+                show(part)
+        except KeyboardInterrupt:
+            if rendering.done:
+                rendering.picture().write(output)
+                samples = f"{rendering.done:,} of {rendering.spp:,} samples per pixel"
+                aside(f"{output}: the picture so far, {samples}")
+            raise
+        picture = rendering.finished()
+        picture.write(output)
+    height, width = picture.values.shape[:2]
     data = {"output": str(output), "width": width, "height": height}
     report(f"{output}: {width} x {height} pixels", data)
 
@@ -61,8 +83,9 @@ def render_reflectance(source: Path, output: Path | None, chosen: dict[str, Any]
     output = output or Path(f"{stem(source)}.png")
     check_image_path(output)
     options.check_outputs([output], [source])
-    width, spp = chosen["size"], chosen["spp"] or default_spp(chosen["denoise"])
-    height = chosen["height"] or width
+    spp = chosen["spp"] or default_spp(chosen["denoise"])
+    width, height = chosen["size"]
+    height = chosen["height"] or height or width
     line = progress(source.stem, "reading")
     brdf = load_brdf(source)
     environment = _environment(chosen["environment"])
@@ -98,6 +121,11 @@ def render_texture(source: Path, output: Path | None, chosen: dict[str, Any]) ->
     frames, reference = chosen["frames"], chosen.pop("reference")
     output = output or Path(f"{stem(source)}.{'gif' if frames else 'png'}")
     del chosen["height"]
+    chosen["size"], other = chosen["size"]
+    if other not in (None, chosen["size"]):
+        raise click.UsageError(
+            f"--size {chosen['size']}x{other}: {source} is a texture, shown in a square"
+        )
     if frames or reference:
         if chosen["denoise"] and options.is_given("denoise"):
             raise click.UsageError("--denoise is not for animations and comparisons of textures")

@@ -16,7 +16,7 @@ from nacre.latent.prior import Prior
 from nacre.neural.inputs import ENHANCED, network_inputs
 from nacre.numerics.channels import CHROMA
 from nacre.numerics.mlp import Layer, forward
-from nacre.runtime.device import cooperative_type
+from nacre.runtime.device import cooperative_type, matrix_views
 
 dr: Any = require("drjit", "render")
 nn: Any = require("drjit.nn", "render")
@@ -97,7 +97,7 @@ class CodeSpace:
                 for layer in (*self.basis.hidden, last)
                 for part in (layer.weights.T.copy(), layer.biases)
             ]
-            views = nn.pack(*parts, layout="training")
+            views = matrix_views(nn.pack(*parts, layout="training"))
             self._layers[array] = list(zip(views[::2], views[1::2], strict=True))
         return self._layers[array]
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from nacre.mitsuba.plugins import bsdf as bsdf
     from nacre.mitsuba.plugins import register as register
     from nacre.mitsuba.preview import render_preview as render_preview
-    from nacre.mitsuba.scene_file import render_file as render_file
+    from nacre.mitsuba.scene_rendering import render_file as render_file
 
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
@@ -24,6 +24,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "passes": ["wavefronts"],
         "plugins": ["bsdf", "register"],
         "preview": ["render_preview"],
-        "scene_file": ["render_file"],
+        "scene_rendering": ["render_file"],
     },
 )

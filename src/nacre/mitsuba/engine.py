@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
-from nacre.errors import NacreError, require
+from nacre.errors import NacreError, did_you_mean, require
 from nacre.io.image_file import bitmaps
 from nacre.io.memory import available_memory
 from nacre.mitsuba import llvm
@@ -48,13 +50,43 @@ def mitsuba(variant: str | None = None) -> Any:
     mi = bitmaps()
     current = mi.variant()
     chosen = current or variant or _usual_variant()
-    if chosen.startswith("llvm"):
-        check_llvm()
-    if chosen.startswith("cuda") and not has_cuda():
-        raise NacreError(f"{chosen} needs a CUDA device and its driver: Dr.Jit finds none")
+    _check_device(chosen)
     if current is None:
         mi.set_variant(chosen)
     return mi
+
+
+@contextmanager
+def variant_in_use(name: str | None) -> Iterator[Any]:
+    """A block in which Mitsuba has a variant: one that it lists, or what is set where None.
+
+    Afterwards the variant that was set before is back. Raises NacreError if there is no such
+    variant, and as :func:`mitsuba`.
+    """
+    llvm.prepare()
+    mi = bitmaps()
+    before = mi.variant()
+    if name is None:
+        yield mitsuba()
+        return
+    if name not in (known := mi.variants()):
+        hint = did_you_mean(name, known)
+        raise NacreError(f"Mitsuba has no variant {name!r} (it has {', '.join(known)}){hint}")
+    _check_device(name)
+    mi.set_variant(name)
+    try:
+        yield mi
+    finally:
+        if before is not None:
+            mi.set_variant(before)
+
+
+def _check_device(variant: str) -> None:
+    """Refuse a variant whose device is not there."""
+    if variant.startswith("llvm"):
+        check_llvm()
+    if variant.startswith("cuda") and not has_cuda():
+        raise NacreError(f"{variant} needs a CUDA device and its driver: Dr.Jit finds none")
 
 
 def _usual_variant() -> str:

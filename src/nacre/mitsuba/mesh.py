@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+import tempfile
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from nacre.array import Floats
 
@@ -51,25 +54,45 @@ def grid_mesh(
     faces = np.concatenate(
         [np.stack([corner, below, below + 1], 1), np.stack([corner, below + 1, corner + 1], 1)]
     )
-    properties = mi.Properties()
-    properties["bsdf"] = mi.load_dict(bsdf) if isinstance(bsdf, dict) else bsdf
-    mesh = mi.Mesh(
-        name,
-        vertex_count=rows * columns,
-        face_count=len(faces),
-        has_vertex_normals=normals is not None,
-        has_vertex_texcoords=True,
-        props=properties,
-    )
     if to_world is not None:  # rotations and translations only: normals turn with the positions
         matrix = np.array(to_world.matrix)
         positions = positions @ matrix[:3, :3].T + matrix[:3, 3]
         normals = None if normals is None else normals @ matrix[:3, :3].T
-    parameters = mi.traverse(mesh)
-    vertices = {"positions": positions, "texcoords": uv, "normals": normals}
-    for of, values in vertices.items():
-        if values is not None:
-            parameters[f"vertex_{of}"] = values.astype(np.float32).ravel()
-    parameters["faces"] = faces.astype(np.uint32).ravel()
-    parameters.update()
-    return mesh
+    return triangle_mesh(mi, name, positions, faces, bsdf, uv, normals)
+
+
+def triangle_mesh(
+    mi: Any,
+    name: str,
+    positions: Floats,
+    faces: npt.NDArray[np.integer],
+    bsdf: Any,
+    uv: Floats | None = None,
+    normals: Floats | None = None,
+) -> Any:
+    """Triangles as a `mitsuba.Mesh`, flat unless vertices have normals.
+
+    Positions and normals have shape (..., 3), uv (..., 2), faces (n, 3): numbers of vertices. The
+    mesh goes through a file, because how meshes are made in memory differs between releases of
+    Mitsuba.
+    """
+    given = {"xyz": positions, ("nx", "ny", "nz"): normals, "uv": uv}
+    vertices = {axes: values for axes, values in given.items() if values is not None}
+    columns = [values.reshape(-1, len(axes)) for axes, values in vertices.items()]
+    corners = np.empty(len(faces), [("count", "u1"), ("corners", "<i4", 3)])
+    corners["count"], corners["corners"] = 3, faces
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        f"element vertex {len(columns[0])}",
+        *(f"property float {axis}" for axes in vertices for axis in axes),
+        f"element face {len(faces)}",
+        "property list uchar int vertex_indices",
+        "end_header\n",
+    ]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "mesh.ply")
+        values = np.concatenate(columns, axis=1).astype("<f4")
+        path.write_bytes("\n".join(header).encode() + values.tobytes() + corners.tobytes())
+        described = {"type": "ply", "id": name, "filename": str(path), "bsdf": bsdf}
+        return mi.load_dict(described | {"face_normals": normals is None})

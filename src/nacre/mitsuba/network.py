@@ -12,7 +12,7 @@ from nacre.compile.data import with_numbers
 from nacre.errors import require
 from nacre.neural.network import NetworkBrdf
 from nacre.numerics.mlp import Layer
-from nacre.runtime.device import cooperative_type
+from nacre.runtime.device import cooperative_type, matrix_views
 
 WEIGHTS = "auto", "literals", "cooperative"
 """How weights enter a kernel; see :func:`nacre.mitsuba.bsdf`."""
@@ -46,7 +46,7 @@ def pack_layers(mi: Any, layers: Sequence[Layer], half: bool, layout: str) -> li
     """Matrix and bias of each layer as views into one new buffer, in a layout of `drjit.nn`."""
     tensor = mi.TensorXf16 if half else mi.TensorXf
     parts = [tensor(array) for y in layers for array in (y.weights.T.copy(), y.biases)]
-    views = require("drjit.nn", "render").pack(*parts, layout=layout)
+    views = matrix_views(require("drjit.nn", "render").pack(*parts, layout=layout))
     return list(zip(views[::2], views[1::2], strict=True))
 
 
@@ -93,7 +93,8 @@ class BufferedNetwork:
     def layers(self, weights: Any) -> list[Layer]:
         """All layers as arrays, in whatever order the device stores those in the buffer."""
         flat = [view for layer in self._bound(weights) for view in layer]
-        arrays = [np.array(self._mi.TensorXf(view), np.float32) for view in self._nn.unpack(*flat)]
+        views = matrix_views(self._nn.unpack(*flat))
+        arrays = [np.array(self._mi.TensorXf(view), np.float32) for view in views]
         return self._literals + [
             Layer(np.ascontiguousarray(matrix.T), bias.ravel())
             for matrix, bias in zip(arrays[::2], arrays[1::2], strict=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
@@ -11,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from nacre.color import xyz_to_rgb
 from nacre.errors import NacreError, is_shortage, require
 from nacre.io.memory import available_memory
 from nacre.mitsuba.engine import mitsuba
@@ -20,11 +18,16 @@ from nacre.runtime.interrupts import uninterrupted
 
 PASS = 16
 """The most samples per pixel in one pass."""
+WHOLE = 1 << 22
+"""The most samples of all pixels in one pass where passes are as long as they may be: more take
+seconds, for which Ctrl-C would wait."""
+
 # The most samples of all pixels in one pass, and about how much memory each takes.
 _MAX_SAMPLES, _SAMPLE_BYTES = 1 << 24, 32
 _MAX_WAVEFRONT, _WAVEFRONT_BYTES = 1 << 21, 600
-# About how much memory a pixel takes: the picture, sums, and writing; and the denoiser's images.
-_PIXEL_BYTES, _DENOISER_BYTES = 128, 112
+# About how much memory a pixel of three channels takes: the picture, sums, and writing; and one of
+# the denoiser's images.
+_COLOR_BYTES, _DENOISER_BYTES = 128, 112
 
 
 def pass_sizes(counts: Sequence[int], largest: int = PASS) -> list[int]:
@@ -37,8 +40,11 @@ def pass_sizes(counts: Sequence[int], largest: int = PASS) -> list[int]:
 
 
 def needs_wavefronts(scene: Any) -> bool:
-    """Whether a BSDF of a scene asks for :func:`wavefronts`, by its attribute `wavefront`."""
-    return any(getattr(shape.bsdf(), "wavefront", False) for shape in scene.shapes())
+    """Whether a BSDF of a scene asks for :func:`wavefronts`, by its attribute `wavefront`.
+
+    BSDFs within others, and those of shape groups, are asked too.
+    """
+    return any(getattr(part, "wavefront", False) for part in mitsuba().traverse(scene).hierarchy)
 
 
 class Plan(NamedTuple):
@@ -49,17 +55,24 @@ class Plan(NamedTuple):
 
 
 def plan_passes(
-    width: int, height: int, spp: int, wavefront: bool = False, denoised: bool = False
+    width: int,
+    height: int,
+    spp: int,
+    wavefront: bool = False,
+    denoised: bool = False,
+    channels: int = 3,
+    largest: int = PASS,
 ) -> Plan:
     """How to render a picture within the memory that there is.
 
-    Raises NacreError if there is not enough memory for the picture.
+    Passes have at most `largest` samples per pixel. Raises NacreError if there is not enough memory
+    for the picture.
     """
     limit = _MAX_WAVEFRONT if wavefront else _MAX_SAMPLES
-    samples = max(1, min(PASS, spp, limit // (width * height)))
+    samples = max(1, min(largest, spp, limit // (width * height)))
     rows = max(1, min(height, limit // (width * samples)))
     bytes_each = _WAVEFRONT_BYTES if wavefront else _SAMPLE_BYTES
-    pixel_bytes = _PIXEL_BYTES + (_DENOISER_BYTES if denoised else 0)
+    pixel_bytes = _COLOR_BYTES * channels // 3 + (_DENOISER_BYTES if denoised else 0)
     needed = width * height * pixel_bytes + width * rows * samples * bytes_each
     available = available_memory()
     if available is not None and needed > available:
@@ -87,80 +100,133 @@ def wavefronts() -> Iterator[None]:
         yield
 
 
+class Accumulation:
+    """A scene rendered in passes, whose mean so far can be had at any time.
+
+    The picture is what Mitsuba's film holds, with all its channels, before it is written.
+
+    Parameters
+    ----------
+    scene
+        Mitsuba's scene.
+    sizes
+        Samples per pixel of each pass.
+    seed
+        The same seed gives the same pictures, except for rounding in sums whose order depends on
+        threads.
+    rows
+        Rows of pixels to render at a time; by default all.
+    integrator
+        In place of the scene's.
+    sensor
+        Number of the sensor.
+    own_seed
+        Whether the first part is rendered with Mitsuba's seed `seed`, not with one made from it: a
+        picture in one part is then the one that Mitsuba renders.
+    """
+
+    def __init__(
+        self,
+        scene: Any,
+        sizes: Sequence[int],
+        seed: int,
+        rows: int | None = None,
+        integrator: Any = None,
+        sensor: int = 0,
+        own_seed: bool = False,
+    ) -> None:
+        self._scene, self._integrator, self._sensor = scene, integrator, sensor
+        self._film = scene.sensors()[sensor].film()
+        width, height = (int(v) for v in self._film.crop_size())
+        starts = range(0, height, rows or height)
+        self._parts = [slice(start, min(start + starts.step, height)) for start in starts]
+        self._sizes = sizes
+        seeds = np.random.SeedSequence(seed).generate_state(len(sizes) * len(starts))
+        self._seeds = [int(each) for each in seeds]
+        if own_seed:
+            self._seeds[0] = seed
+        self._counts = np.zeros((height, 1, 1))
+        self._total: npt.NDArray[np.float64] = np.zeros((height, width, 0))
+        self.bitmap: Any = None
+        """Mitsuba's picture of the last part."""
+
+    def passes(self) -> Iterator[int]:
+        """Render; yields the samples per pixel so far after each pass.
+
+        Raises NacreError if memory runs out.
+        """
+        mi = mitsuba()
+        release_kernels()
+        seeds = iter(self._seeds)
+        for samples in self._sizes:
+            for part in self._parts:
+                self._render(mi, part, samples, next(seeds))
+            yield self.done
+
+    @property
+    def done(self) -> int:
+        """Samples per pixel so far, those of an interrupted pass too."""
+        return int(self._counts.min())
+
+    def _render(self, mi: Any, part: slice, samples: int, seed: int) -> None:
+        with self._cropped(mi, part), uninterrupted(), _shortages():
+            # Interrupts wait: Mitsuba would turn them into an error of its own, and what is
+            # rendered counts.
+            mi.render(
+                self._scene,
+                sensor=self._sensor,
+                integrator=self._integrator,
+                spp=samples,
+                seed=seed,
+            )
+            self.bitmap = self._film.bitmap()
+            values = np.array(self.bitmap, np.float64)
+            values = values.reshape(*values.shape[:2], -1)
+            if not self._total.size:
+                self._total = np.zeros((*self._total.shape[:2], values.shape[-1]))
+            self._total[part] += samples * values
+            self._counts[part] += samples
+
+    def mean(self) -> npt.NDArray[np.float64]:
+        """The picture so far, shape (height, width, channels): 0 where nothing is rendered yet."""
+        return self._total / np.maximum(self._counts, 1.0)
+
+    @contextmanager
+    def _cropped(self, mi: Any, part: slice) -> Iterator[None]:
+        """Crop the film to some of its rows."""
+        if len(self._parts) == 1:
+            yield
+            return
+        width, height = (int(v) for v in self._film.crop_size())
+        left, top = self._film.crop_offset()
+        parameters = mi.traverse(self._scene.sensors()[self._sensor])
+
+        def crop(offset: int, rows: int) -> None:
+            parameters["film.crop_size"] = mi.ScalarVector2u(width, rows)
+            parameters["film.crop_offset"] = mi.ScalarPoint2u(left, offset)
+            parameters.update()
+
+        crop(top + part.start, part.stop - part.start)
+        try:
+            yield
+        finally:
+            crop(top, height)
+
+
 def accumulate(
     scene: Any,
     sizes: Sequence[int],
     seed: int,
     rows: int | None = None,
     integrator: Any = None,
-    channels: int = 3,
 ) -> Iterator[tuple[int, npt.NDArray[np.float64]]]:
     """Render a scene in passes of some `sizes`; yields samples per pixel so far, and their mean.
 
-    The picture is linear RGB, or the output of `integrator` in place of the scene's; its shape is
-    (height, width, channels). `rows` of pixels are rendered at a time, by default all. The same
-    seed gives the same pictures, except for rounding in sums whose order depends on threads.
-
-    Raises NacreError if memory runs out.
+    See :class:`Accumulation`, whose arguments these are.
     """
-    mi = mitsuba()
-    release_kernels()
-    width, height = (int(v) for v in scene.sensors()[0].film().crop_size())
-    starts = range(0, height, rows or height)
-    seeds = np.random.SeedSequence(seed).generate_state(len(sizes) * len(starts))
-    total = np.zeros((height, width, channels))
-    done = 0
-    for index, samples in enumerate(sizes):
-        for start, part_seed in zip(starts, seeds[index * len(starts) :], strict=False):
-            part = slice(start, min(start + starts.step, height))
-            with _cropped(mi, scene, part, height), uninterrupted(), _shortages():
-                # Interrupts wait: Mitsuba would turn them into an error of its own.
-                picture = mi.render(scene, integrator=integrator, spp=samples, seed=int(part_seed))
-                values = np.array(picture, np.float64)
-                total[part] += samples * (
-                    values if integrator is not None else _colors(scene, values)
-                )
-        done += samples
-        yield done, total / done
-
-
-def _colors(scene: Any, values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Linear RGB, shape (height, width, 3), of what a scene's film holds: luminance, RGB or XYZ,
-    with or without alpha, before what an integrator of more than colors adds.
-
-    Raises NacreError for a film of other channels.
-    """
-    film = str(scene.sensors()[0].film())
-    match = re.search(r"pixel_format = (ya?|rgba?|xyza?),", film)
-    if match is None:
-        kind = film.partition("[")[0]
-        raise NacreError(f"the scene's film is a {kind}, which has no colors; make it an hdrfilm")
-    if match[1].startswith("y"):  # luminance
-        return np.repeat(values[..., :1], 3, axis=-1)
-    return xyz_to_rgb(values[..., :3]) if match[1].startswith("xyz") else values[..., :3]
-
-
-@contextmanager
-def _cropped(mi: Any, scene: Any, part: slice, height: int) -> Iterator[None]:
-    """Crop the scene's first film to some of its rows."""
-    if part.stop - part.start == height:
-        yield
-        return
-    sensor = scene.sensors()[0]
-    width, _ = sensor.film().crop_size()
-    left, top = sensor.film().crop_offset()
-    parameters = mi.traverse(sensor)
-
-    def crop(offset: int, rows: int) -> None:
-        parameters["film.crop_size"] = mi.ScalarVector2u(width, rows)
-        parameters["film.crop_offset"] = mi.ScalarPoint2u(left, offset)
-        parameters.update()
-
-    crop(top + part.start, part.stop - part.start)
-    try:
-        yield
-    finally:
-        crop(top, height)
+    accumulation = Accumulation(scene, sizes, seed, rows, integrator)
+    for done in accumulation.passes():
+        yield done, accumulation.mean()
 
 
 @contextmanager

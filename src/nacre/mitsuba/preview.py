@@ -21,7 +21,14 @@ from nacre.mitsuba.denoise import can_denoise
 from nacre.mitsuba.denoise import denoise as remove_noise
 from nacre.mitsuba.engine import mitsuba
 from nacre.mitsuba.environment import Environment
-from nacre.mitsuba.passes import accumulate, needs_wavefronts, pass_sizes, plan_passes, wavefronts
+from nacre.mitsuba.passes import (
+    Accumulation,
+    accumulate,
+    needs_wavefronts,
+    pass_sizes,
+    plan_passes,
+    wavefronts,
+)
 from nacre.mitsuba.plugins import bsdf
 from nacre.mitsuba.scene import describe_scene
 
@@ -119,9 +126,8 @@ def render_scene(
 ) -> Image:
     """Render a scene, or the dictionary of one; see :func:`render_preview` for the rest.
 
-    A scene that is already loaded is never denoised, because its film may share samples between
-    pixels. Raises NacreError if the picture does not fit into memory, or the film does not hold
-    three colors.
+    The film holds linear RGB. A scene that is already loaded is never denoised, because its film
+    may share samples between pixels. Raises NacreError if the picture does not fit into memory.
     """
     mi = mitsuba()
     clean = denoise and isinstance(scene, dict) and can_denoise()
@@ -144,9 +150,19 @@ def render_scene(
 
 
 def _denoised(mi: Any, scene: Any, picture: npt.NDArray[np.float64], seed: int, rows: int) -> Image:
+    albedo, normals = first_hits(mi, scene, seed, rows)
+    return remove_noise(picture, albedo, normals)
+
+
+def first_hits(
+    mi: Any, scene: Any, seed: int, rows: int, sensor: int = 0
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Albedo and normals of what a scene's sensor sees, for the denoiser of its picture."""
     auxiliary = mi.load_dict({"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"})
-    ((_, seen),) = accumulate(scene, [_AUXILIARY_SPP], seed + 1, rows, auxiliary, 6)
-    return remove_noise(picture, seen[..., :3], seen[..., 3:])
+    seen = Accumulation(scene, [_AUXILIARY_SPP], seed + 1, rows, auxiliary, sensor)
+    for _ in seen.passes():
+        pass
+    return seen.mean()[..., -6:-3], seen.mean()[..., -3:]
 
 
 def check_image_path(path: PathLike, endings: Sequence[str] = IMAGES) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 from xml.parsers import expat
@@ -18,31 +19,47 @@ MAX_NAME = 4096
 """Letters in the name of an included file, where each `<default>` may double the others."""
 
 
+_PARAMETER = re.compile(r"\$(\w+)")
+
+
 class _Size(NamedTuple):
     depth: int
     elements: int
 
 
-def check_scene(path: PathLike) -> None:
+def check_scene(path: PathLike, parameters: Mapping[str, str] | None = None) -> set[str]:
     """Refuse a scene file that Mitsuba's parser would not survive.
 
     That is XML that is, with all its includes, nested too deeply or too large, and a `blendbsdf`
     without a weight, on which Mitsuba 3.9.1 crashes. A document type is refused too: older expat
-    expands its entities to gigabytes. Raises FormatError for these, for a file that is no XML or
-    includes itself, and if a file cannot be read.
+    expands its entities to gigabytes. `parameters` take the place of values of `<default>`.
+
+    Returns
+    -------
+    set of str
+        Names of the scene's parameters: what a `<default>` declares and what stands behind a $.
+
+    Raises
+    ------
+    FormatError
+        For all of these, for a file that is no XML or includes itself, and if a file cannot be
+        read.
     """
     if not Path(path).is_file():
         raise missing(path)
-    _Files(path).size(Path(path), str(path))
+    files = _Files(path, parameters or {})
+    files.size(Path(path), str(path))
+    return files.names
 
 
 class _Files:
     """A scene and the files that it includes, each read once."""
 
-    def __init__(self, path: PathLike) -> None:
+    def __init__(self, path: PathLike, parameters: Mapping[str, str]) -> None:
         self._top = Path(path)
         self._folders = [self._top.parent, Path()]
-        self._defaults: dict[str, str] = {}
+        self.names: set[str] = set()
+        self._defaults = {name: value[: MAX_NAME + 1] for name, value in parameters.items()}
         self._sizes: dict[Path, _Size | None] = {}  # None while it is read
 
     def size(self, path: Path, shown: str) -> _Size:
@@ -76,6 +93,8 @@ class _Files:
         def opened(name: str, attributes: dict[str, str]) -> None:
             nonlocal level
             grown(name, _Size(1, 1))
+            for value in attributes.values():
+                self.names.update(_PARAMETER.findall(value))
             if attributes.get("name") == "weight":
                 unweighted.pop(level - 1, None)
             if attributes.get("type") == "blendbsdf":
@@ -83,6 +102,7 @@ class _Files:
             if name == "default":
                 value = attributes.get("value", "")[: MAX_NAME + 1]
                 self._defaults.setdefault(attributes.get("name", ""), value)
+                self.names.add(attributes.get("name", ""))
             elif name == "path":
                 self._folders.append(self._top.parent / attributes.get("value", ""))
             elif name == "include":
@@ -117,7 +137,7 @@ class _Files:
         for key in sorted(self._defaults, key=len, reverse=True):
             if len(name := name.replace(f"${key}", self._defaults[key])) > MAX_NAME:
                 raise FormatError(f"{shown}: <include> of a name longer than {MAX_NAME} letters")
-        if unknown := re.search(r"\$\w+", name):
+        if unknown := _PARAMETER.search(name):
             raise FormatError(f"{shown}: <include> of {name}: {unknown[0]} has no <default>")
         candidates = (folder / name for folder in (inside.parent, *self._folders))
         try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -55,3 +55,9 @@ def cooperative_type(array: Any) -> Any:
     dr = require("drjit", "render")
     cuda = dr.backend_v(array) is dr.JitBackend.CUDA
     return dr.float16_array_t(array) if cuda else array
+
+
+def matrix_views(packed: Sequence[Any]) -> list[Any]:
+    """The matrices that `drjit.nn.pack` or `unpack` gives; Dr.Jit 1.2 puts a buffer before them."""
+    view = require("drjit.nn", "render").MatrixView
+    return [each for each in packed if isinstance(each, view)]

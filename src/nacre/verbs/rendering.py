@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +39,9 @@ def render(
     mipmap: bool | None = None,
     height_field: PathLike | None = None,
     depth: float | None = None,
+    define: Mapping[str, object] | None = None,
+    sensor: int | str | None = None,
+    variant: str | None = None,
     progress: Progress | None = None,
 ) -> Picture:
     """Render a material by path tracing: a reflectance or a texture, or a Mitsuba scene.
@@ -46,7 +50,7 @@ def render(
     ----------
     material
         A material, its path, the name of one that comes with nacre, or a scene file (`.xml`), which
-        has its own objects and lights: it takes `spp` and `seed` only.
+        has its own objects, lights, size and samples.
     shape
         Object to show: "ball" or "sphere"; for a texture "cylinder", "sphere", "plane" or "ground".
         The first by default.
@@ -56,18 +60,22 @@ def render(
         Latitude-longitude map: a path (`.exr`, `.hdr`, `.png`), or what
         :func:`nacre.mitsuba.environment.load_environment` returns; a built-in studio where None.
     size
-        Width of the picture in pixels; 512 by default.
+        Width of the picture in pixels; 512 by default, or a scene's own.
     height
-        Height in pixels, for a reflectance; the width by default.
+        Height in pixels, not for textures; by default the width, or in the proportions of a scene.
     spp
         Samples per pixel: 24 by default, 40 without the denoiser, 64 for textures without it.
     denoise
-        Remove noise where the denoiser is installed; by default true, but not for animations.
+        Remove noise where the denoiser is installed; by default true, but not for animations and
+        scenes.
     seed
         Of the samples.
     angle, repeat, frames, light_path, decode, interpolation, mipmap, height_field, depth
         For textures, see `nacre help render`: `angle` of the light in degrees, `repeat` times
         around the object, `frames` of an animation, ...
+    define, sensor, variant
+        For scenes: values of parameters in place of those of its `<default>`s, number or id of the
+        sensor to render, variant of Mitsuba for this picture.
     progress
         Called as the work goes on.
 
@@ -103,12 +111,15 @@ def render(
         "height_field": height_field,
         "depth": depth,
     }
+    of_scene = {"define": define, "sensor": sensor, "variant": variant}
     path, report = path_of(material), progress or silent
     if path is not None and path.suffix.lower() == ".xml" and not describe_kind(path):
-        _refuse({**common, "height": height, **of_texture}, f"{path} is a scene")
-        return _scene(path, spp, seed, report)
+        material_only = {"shape": shape, "light": light, "environment": environment}
+        _refuse({**material_only, **of_texture}, f"{path} is a scene")
+        return _scene(path, {**common, "height": height, **of_scene}, spp, seed, report)
     found = opened(material)
     name = found.name or "this material"
+    _refuse(of_scene, f"{name} is a material")
     if isinstance(found, Brdf):
         _refuse(of_texture, f"{name} is a reflectance")
         return _reflectance(found, {**common, "height": height}, spp, seed, report)
@@ -176,10 +187,24 @@ def _texture(texture: Btf, given: dict[str, Any], progress: Progress) -> Picture
     return Picture.of(np.stack(pictures) if frames else pictures[0])
 
 
-def _scene(path: Path, spp: int | None, seed: int, progress: Progress) -> Picture:
-    from nacre.mitsuba.scene_file import render_file
+def _scene(
+    path: Path, given: dict[str, Any], spp: int | None, seed: int, progress: Progress
+) -> Picture:
+    from nacre.mitsuba.scene_rendering import render_file
 
-    return Picture.of(render_file(path, spp, seed, _parts(progress, spp or 100)))
+    picture = render_file(
+        path,
+        spp,
+        seed,
+        _parts(progress, spp or 100),
+        parameters={name: str(value) for name, value in (given["define"] or {}).items()},
+        variant=given["variant"],
+        sensor=given["sensor"],
+        width=given["size"],
+        height=given["height"],
+        denoise=bool(given["denoise"]),
+    )
+    return Picture.of(picture)
 
 
 def _parts(progress: Progress, total: int) -> Any:

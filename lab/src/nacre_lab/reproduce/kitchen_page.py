@@ -72,7 +72,7 @@ def color_key(count: int, size: tuple[int, int]) -> Floats:
     scene = mi.load_dict(describe_kitchen(flat, size))
     albedo = mi.load_dict({"type": "aov", "aovs": "albedo:albedo"})
     ((_, seen),) = accumulate(scene, [_SAMPLES], 0, integrator=albedo)
-    return tone_map(seen)
+    return tone_map(seen[..., -3:])
 
 
 def kitchen_page(study: NoiseStudy, samplers: Sequence[str]) -> Figure:
