@@ -41,8 +41,8 @@ def command(
     """Check whether each INPUT is sound: reciprocity, energy, densities, derivatives and more.
 
     INPUT is a material's file or name; a Mitsuba scene, scene.xml#id for one of several BSDFs; the
-    name of a BSDF of Mitsuba, such as roughconductor; or a description for mitsuba.load_dict in
-    JSON. The exit code is 1 if a property fails. Properties that a kind of material need not have
+    name of a BSDF of Mitsuba, such as roughconductor; a description for mitsuba.load_dict in JSON;
+    or what nacre export --to c wrote (.c, .h), which is compiled and run. The exit code is 1 if a property fails. Properties that a kind of material need not have
     are named as by design, and do not count.
     """
     from nacre.soundness.table import check_names

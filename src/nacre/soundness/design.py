@@ -8,15 +8,16 @@ from nacre.analytic import AnalyticBrdf
 from nacre.brdf import Brdf
 from nacre.numerics.albedo import USUAL_ALBEDO
 
-_STORED = {
+STORED = {
     "reciprocity": "measurements, and networks and codes of them, need not be reciprocal",
     "energy": f"errors of measurements reach an albedo of {USUAL_ALBEDO}",
 }
+"""Of what is measured, or fitted to measurements."""
 
 
 def excuses(reason: str, size: float) -> bool:
     """Whether a reason covers a violation of a size: errors of measurements have a usual one."""
-    return reason != _STORED["energy"] or size <= USUAL_ALBEDO
+    return reason != STORED["energy"] or size <= USUAL_ALBEDO
 
 
 def by_design(brdf: Brdf) -> Mapping[str, str]:
@@ -26,4 +27,4 @@ def by_design(brdf: Brdf) -> Mapping[str, str]:
     fitted to measurements, need not be reciprocal nor conserve energy besides.
     """
     measured = brdf.nbytes is not None and not isinstance(brdf, AnalyticBrdf)
-    return {**brdf.by_design, **(_STORED if measured and not brdf.physical else {})}
+    return {**brdf.by_design, **(STORED if measured and not brdf.physical else {})}

@@ -15,6 +15,7 @@ from nacre.io.files import PathLike, atomic_path
 from nacre.runtime.progress import Progress
 from nacre.soundness import Plan, Report, Result, Subject, described, in_scene, subject
 from nacre.soundness import check as checked
+from nacre.soundness.exported import ENDINGS, ExportedC
 from nacre.verbs.material import Given, label, opened
 from nacre.verbs.tables import html_table, text_table, value_text
 
@@ -80,7 +81,8 @@ def check(
     Parameters
     ----------
     material
-        A reflectance, its path or name; a Mitsuba scene (`.xml`); the name of one of Mitsuba's
+        A reflectance, its path or name; a Mitsuba scene (`.xml`); C that was exported (`.c`, `.h`),
+        which is compiled and run; the name of one of Mitsuba's
         BSDFs, "roughconductor", a dictionary for `mitsuba.load_dict`, or a BSDF of the variant
         `llvm_ad_rgb`; any object with `eval(wi, wo)`, and perhaps `sample`, `pdf`, `gradient` and
         `variants`, as :class:`nacre.soundness.python_object.ObjectSubject` says.
@@ -128,6 +130,8 @@ def checkable(material: Checkable, bsdf: str | None = None) -> Subject:
     path = Path(text)
     if path.exists() and _is_scene(path):
         return in_scene(path, bsdf)
+    if path.exists() and path.suffix.lower() in ENDINGS and bsdf is None:
+        return ExportedC(path)
     if bsdf is not None:
         raise NacreError(f"{text}: is not a scene (.xml), so it has no BSDF {bsdf!r}")
     if text.startswith("{"):
