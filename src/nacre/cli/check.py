@@ -42,8 +42,9 @@ def command(
 
     INPUT is a material's file or name; a Mitsuba scene, scene.xml#id for one of several BSDFs; the
     name of a BSDF of Mitsuba, such as roughconductor; a description for mitsuba.load_dict in JSON;
-    or what nacre export --to c wrote (.c, .h), which is compiled and run. The exit code is 1 if a property fails. Properties that a kind of material need not have
-    are named as by design, and do not count.
+    or what nacre export --to c wrote (.c, .h), which is compiled and run. The exit code is 1 if a
+    property fails. Properties that a kind of material need not have are named as by design, and do
+    not count.
     """
     from nacre.soundness.table import check_names
     from nacre.verbs.checking import check, check_page_path, write_page
