@@ -61,7 +61,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("fit texture.npz -o x.safetensors --model ggx", "--model is for reflectances (BRDFs)"),
         ("fit texture.npz paint.safetensors", "one texture at a time"),
         ("compare texture.npz paint.safetensors", "paint.safetensors: is a reflectance, but"),
-        ("render texture.npz --height 9", "--height is for reflectances (BRDFs)"),
+        ("render texture.npz --height 9", "--height is for reflectances (BRDFs) and scenes"),
         ("render texture.npz --shape ball", "is a texture; expected one of cylinder, sphere"),
         ("convert texture.npz -o x.npz --material a", "--material is for files that hold several"),
         ("info texture.npz --no-physics", "--physics is for reflectances"),

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import nacre
+from nacre.array import Components
 from nacre.brdf import Brdf
 from nacre.latent import PcaBasis, PcaRecipe
 from nacre.measured import MbsdfBrdf, ScatteredBrdf, bird, radiance, rgl, rgl_tables, utia
@@ -19,7 +20,9 @@ from nacre.measured.klems import BASES, KlemsBrdf
 from nacre.measured.merl import Resolution, tabulate
 from nacre.measured.polarized import PolarizedBrdf
 from nacre.measured.rgl import RglBrdf
+from nacre.mitsuba.functions import FormulaBrdf
 from nacre.neural import Layer, NeuralBrdf
+from nacre.neural.chain import ChainBrdf
 from nacre.neural.inputs import (
     ENHANCED,
     PAPER,
@@ -69,6 +72,19 @@ def _folder() -> tempfile.TemporaryDirectory[str]:
 
 def _path(name: str) -> Path:
     return Path(_folder().name) / name
+
+
+def chain() -> ChainBrdf:
+    random = np.random.default_rng(4)
+    layers = [
+        Layer(0.5 * random.normal(size=size), 0.1 * random.normal(size=size[1]))
+        for size in ((6, 12), (12, 8), (8, 3))
+    ]
+    return ChainBrdf(layers, ("silu", "leaky relu 0.2", "softplus 3.0"), name="others")
+
+
+def _formula(wi: Components, wo: Components) -> Components:
+    return 0.1 + 0.1 * wi[2] * wo[2], 0.2 + 0.0 * wi[0], 0.3 * wi[2] * wo[2]
 
 
 def rgl_table(phi_i: tuple[float, ...]) -> RglBrdf:
@@ -146,6 +162,8 @@ MATERIALS: dict[str, Callable[[], Brdf]] = {
     "physical network": lambda: network(True, RECIPROCAL),
     "anisotropic physical network": lambda: network(False, RECIPROCAL),
     "network of stereographic inputs": lambda: network(False, STEREOGRAPHIC),
+    "network of others": chain,
+    "formula": lambda: FormulaBrdf(_formula, isotropic=True, name="formula"),
     "PCA code": code,
     "code of a neural basis": lambda: random_basis().decode(CODE),
     "code of an autoencoder": lambda: random_autoencoder().decode(CODE),

@@ -333,7 +333,7 @@ def test_a_universal_brdf_file() -> None:
 def test_a_material_and_its_table() -> None:
     material = nacre.load(real("openmaterial/example_material.xomp"))
     table = nacre.load(real("openmaterial/example_material_camera_brdf.xompt"))
-    assert material.replaced(notes=()) == table.replaced(source=material.source)
+    assert material.replaced(notes=table.notes) == table.replaced(source=material.source)
     rows = json.loads(real("openmaterial/example_material_camera_brdf.xompt").read_text())
     rows = rows["brdf"]["lookupTable"]
     assert table.wavelengths.tolist() == pytest.approx(sorted({1e9 * row[0] for row in rows}))

@@ -295,6 +295,8 @@ def test_universal_files_meet_their_schemas(
         path = tmp_path / f"{number}.bird.brdf"
         nacre.save(brdf, path)
         document = json.loads(path.read_text())
+        for entry in document["data"].values():
+            entry["values"] = entry["values"][:200]
         check.validate(document)
         assert document["metadata"]["timestamp"] == "1970-01-01T00:00:00+00:00"
         again = nacre.load(path)

@@ -39,7 +39,7 @@ NAMES = {
 SIZES = (0, -1, 1, 2**31, 2**32 - 1, 2**62, 2**64 - 1)
 VALUES = (math.nan, math.inf, 1e300, -3.4e38, 1e30, 1e-45, -1.0)
 CUTS, DAMAGED = 40, 60
-STRICTER = "holds spectra", "got true"
+STRICTER = "holds spectra", "got true", "network of another kind"
 """Of what the page says of files that nacre reads and it does not."""
 
 READ = """async ([name, contents]) => {

@@ -120,7 +120,10 @@ def render_texture(source: Path, output: Path | None, chosen: dict[str, Any]) ->
     _check_shape(source, chosen, "a texture", shapes, lights)
     frames, reference = chosen["frames"], chosen.pop("reference")
     output = output or Path(f"{stem(source)}.{'gif' if frames else 'png'}")
-    del chosen["height"]
+    if chosen.pop("height") is not None:
+        raise click.UsageError(
+            f"--height is for reflectances (BRDFs) and scenes; {source} is a texture"
+        )
     chosen["size"], other = chosen["size"]
     if other not in (None, chosen["size"]):
         raise click.UsageError(

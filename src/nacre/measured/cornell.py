@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from nacre.errors import CUT_SHORT, FormatError, reason
+from nacre.errors import CUT_SHORT, FormatError
 from nacre.geometry import from_spherical, join
 from nacre.io.files import PathLike
 from nacre.io.format import Format
@@ -42,7 +42,7 @@ def load(path: PathLike) -> ScatteredBrdf:
     except FormatError:
         raise
     except ValueError as error:
-        raise FormatError(f"{path}: {reason(error)[:80]}, expected numbers") from error
+        raise FormatError(f"{path}: {str(error)[:40]!r} is no number") from error
     if not whole:
         raise FormatError(f"{path}: the last line does not end; {CUT_SHORT}")
     if not (np.abs(numbers) <= np.finfo(np.float32).max).all():  # also false for NaN

@@ -10,6 +10,8 @@ const COUNTS = { paper: [6, 6], enhanced: [8, 6], spinning: [7, 7], stereographi
 export function readNetwork(buffer) {
   const network = readTensors(buffer), { header, tensors } = network;
   if (!header || typeof header !== "object") throw new FileError("a field of its header has the wrong type");
+  if (header.model === "chain")
+    throw new FileError("is a network of another kind; nacre view makes a page with it");
   for (const field of ["version", "model", "parametrisation", "sizes", "name", "sampler"])
     if (!(field in header)) throw new FileError(`field '${field}' is missing`);
   const [inputs, isotropic, sizes, activation] = keyOf(header), { sampler } = header;
