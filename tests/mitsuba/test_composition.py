@@ -110,6 +110,8 @@ def test_a_network_within_another_bsdf_looks_as_alone(rgb: Any, bsdf: Any, name:
 
 
 def test_a_blend_is_the_mean_and_half_a_mask_half_the_picture(rgb: Any, bsdf: Any) -> None:
+    if rgb.__version__.startswith("3.7."):
+        pytest.skip("Mitsuba 3.7 blends its own BSDFs wrongly, too")
     diffuse = {"type": "diffuse", "reflectance": {"type": "rgb", "value": WHITE}}
     direct = {"type": "direct", "emitter_samples": 4, "bsdf_samples": 4, "hide_emitters": True}
     pictures = [

@@ -24,7 +24,7 @@ NOT_RUN = {
 }
 """The blocks of pages that no test runs, by the page's name."""
 
-FIRST = ("start", "gradients")
+FIRST = ("start",)
 
 
 def names(page: Path) -> str:
