@@ -30,6 +30,7 @@ from nacre.errors import NacreError
 from nacre.latent.file import save_basis
 from nacre.measured import merl, rgl_writer
 from nacre.mitsuba.engine import mitsuba
+from nacre.mitsuba.passes import Accumulation
 from nacre.neural import NeuralBrdf
 from nacre.neural.nbrdf import HIDDEN
 from nacre.neural.training import initial_layers
@@ -219,14 +220,16 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def noise(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures of random numbers, in place of path-traced ones."""
-    mi = mitsuba()
 
-    def render(scene: Any, *, spp: int, seed: int, integrator: Any = None) -> Any:
-        width, height = (int(v) for v in scene.sensors()[0].film().crop_size())
-        shape = height, width, 3 if integrator is None else len(integrator.aov_names())
-        return mi.TensorXf(np.random.default_rng(seed).random(shape, np.float32))
+    def render(self: Any, mi: Any, part: slice, samples: int, seed: int) -> None:
+        rows, width = self._total[part].shape[:2]
+        channels = 3 + len((self._integrator or self._scene.integrator()).aov_names())
+        if not self._total.size:
+            self._total = np.zeros((*self._total.shape[:2], channels))
+        self._total[part] += samples * np.random.default_rng(seed).random((rows, width, channels))
+        self._counts[part] += samples
 
-    monkeypatch.setattr(mi, "render", render)
+    monkeypatch.setattr(Accumulation, "_render", render)
 
 
 def parse(command: str) -> None:
