@@ -201,6 +201,7 @@ def test_a_folder_counts_them_by_what_they_should_be(tmp_path: Path) -> None:
     assert refused == ["cut.bsdf.gz", "page.bsdf", "pointer.csv"]
 
 
+@pytest.mark.slow
 def test_outputs_are_named_after_what_is_packed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
 ) -> None:

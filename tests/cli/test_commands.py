@@ -193,6 +193,7 @@ def test_convert_takes_a_resolution(command, folder, tmp_path):
         assert grid in nacre.load(tmp_path / name).describe()["grid"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given", tiered(["", "file"], ["file"]))
 def test_demo_runs_the_main_job(folder, tmp_path, given):
     named = str(folder / "table.binary") if given else ""

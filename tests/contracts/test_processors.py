@@ -34,6 +34,7 @@ def source(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     return path
 
 
+@pytest.mark.slow
 def test_instructions_and_threads_change_no_bit_of_formulas(source: Path) -> None:
     """Of AVX-512 where there is it, AVX2 and SSE; other numbers change in their last digits."""
     here = [name for name, processor in PROCESSORS.items() if not processor.missing]

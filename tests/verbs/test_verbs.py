@@ -338,6 +338,7 @@ def test_export_of_several_files_and_of_bytes(folder: Path) -> None:
     assert len(files.save("there")) == 2
 
 
+@pytest.mark.slow
 def test_export_to_a_place(folder: Path) -> None:
     made = nacre.export(PAPER, "usd", name="sheet")
     assert [each.representation.target for each in made.representations] == ["usda"]

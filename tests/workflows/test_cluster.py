@@ -134,6 +134,7 @@ def test_a_killed_worker_costs_nothing(cluster, folder, output, here, tmp_path):
     assert (len(again.unchanged), again.fitted, again.failed) == (6, (), ())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("data", tiered(["path", "content"], ["path"]))
 def test_bad_files_cost_nothing_else(cluster, folder, output, here, data):
     (folder / "bad.binary").write_bytes(b"bad")
@@ -226,6 +227,7 @@ def test_an_interrupt_keeps_what_is_done(cluster, folder, output, here, tmp_path
     assert fits(output) == here
 
 
+@pytest.mark.slow
 def test_other_versions_and_settings_are_refused(cluster, folder, output, tmp_path, monkeypatch):
     class Join(Watcher):
         def begin(self, materials):

@@ -338,6 +338,7 @@ def test_a_process_that_is_killed_loses_what_came_after_its_last_checkpoint(tmp_
     assert seen[0] > 1
 
 
+@pytest.mark.slow
 def test_an_interrupt_waits_for_the_step_and_saves(tmp_path):
     state = tmp_path / "state"
     stopped = start(tmp_path, steps=100_000, state=str(state), save_every=0.2)
