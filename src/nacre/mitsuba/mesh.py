@@ -94,9 +94,10 @@ def triangle_mesh(
         path = Path(folder, "mesh.ply")
         values = np.concatenate(columns, axis=1).astype("<f4")
         path.write_bytes("\n".join(header).encode() + values.tobytes() + corners.tobytes())
-        if isinstance(bsdf, dict):  # made first: its id may be that of the mesh
-            made = mi.load_dict(bsdf)
-            made.set_id(bsdf.get("id", ""))
-            bsdf = made
-        described = {"type": "ply", "id": name, "filename": str(path), "bsdf": bsdf}
-        return mi.load_dict(described | {"face_normals": normals is None})
+        # The material is made first, and named last: its id may be that of the mesh.
+        made = mi.load_dict(bsdf) if isinstance(bsdf, dict) else bsdf
+        called = bsdf.get("id", "") if isinstance(bsdf, dict) else bsdf.id()
+        described = {"type": "ply", "id": name, "filename": str(path), "bsdf": made}
+        mesh = mi.load_dict(described | {"face_normals": normals is None})
+        mesh.bsdf().set_id(called)
+        return mesh
