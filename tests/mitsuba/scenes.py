@@ -68,6 +68,8 @@ def write_files(folder: Path, mi: Any) -> None:
     mi.Bitmap(random.integers(0, 256, (4, 4, 3), np.uint8)).write(str(folder / "texture.png"))
     mi.Bitmap(random.random((4, 8, 3), np.float32)).write(str(folder / "sky.exr"))
     mi.VolumeGrid(random.random((4, 4, 4), np.float32)).write(str(folder / "smoke.vol"))
+    fibers = np.float32([0.3, 0.2, 1.0, 0.0, 0.0, 0.1]) * np.ones((2, 2, 2, 1), np.float32)
+    mi.VolumeGrid(fibers).write(str(folder / "fibers.vol"))
 
 
 def _textured(light: str = "", lamp: str = "") -> str:
@@ -172,6 +174,11 @@ MEDIA = {
     "blendphase": _homogeneous(
         "blendphase",
         '<float name="weight" value=".3"/><phase type="isotropic"/><phase type="hg"/>',
+    ),
+    "sggx": _homogeneous(
+        "sggx",
+        '<volume type="gridvolume" name="S"><boolean name="raw" value="true"/>'
+        '<string name="filename" value="fibers.vol"/></volume>',
     ),
     "heterogeneous": _filled(_SMOKE),
     "heterogeneous in glass": _filled(_SMOKE, "volpathmis", "roughdielectric"),
