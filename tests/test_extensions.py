@@ -85,6 +85,7 @@ def test_the_package_keeps_the_contracts_by_a_suite_of_its_own(site: Path, tmp_p
     assert int(last.split(" passed")[0].split()[-1]) > 70
 
 
+@pytest.mark.slow
 def test_a_format_of_another_package_serves_the_commands(installed: Path, site: Path) -> None:
     """In a process of its own, as a user has it."""
     truth = MATERIALS[0]()

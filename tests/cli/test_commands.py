@@ -365,6 +365,7 @@ def test_an_unwritable_folder_is_found_before_the_work(folder):
     assert "training" not in done.stderr
 
 
+@pytest.mark.slow
 def test_a_missing_extra_is_named(folder):
     hide = (
         "import sys; sys.modules.update(dict.fromkeys(['mitsuba', 'torch', 'skimage']));"

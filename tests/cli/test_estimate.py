@@ -57,6 +57,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("nacre.photographs.estimate.fit", draft)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("quick")
 def test_a_network_of_a_sphere(capsys, here):
     found = run_json(capsys, "estimate", "photo.exr", *SPHERE, "-o", "paint.safetensors")

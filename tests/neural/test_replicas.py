@@ -88,6 +88,7 @@ def test_a_thread_that_is_held_up_changes_nothing_but_the_time(monkeypatch):
     np.testing.assert_array_equal(found, expected)
 
 
+@pytest.mark.slow
 def test_nobody_waits_for_a_thread_that_stands_still(monkeypatch):
     began = time.monotonic()
     stretches(monkeypatch, lambda: time.sleep(5.0))

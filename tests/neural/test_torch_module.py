@@ -218,6 +218,7 @@ def test_large_stacks_are_evaluated_in_parts():
         torch.testing.assert_close(ours, expected, rtol=2e-4, atol=2e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stacked", [False, True])
 def test_compiles_without_graph_breaks(stacked):
     brdf = network((ENHANCED, True), hidden=(4,))

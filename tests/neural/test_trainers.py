@@ -111,6 +111,7 @@ np.savez(sys.argv[3], loss=loss, gradient=gradient)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "processor"),
     tiered([("avx2", "x86-64-v3"), ("none", "x86-64")], [("avx2", "x86-64-v3")]),

@@ -152,6 +152,7 @@ def test_places(shop):
     assert place_of(nacre.Recipe.preset) == "nacre.neural.recipe:Recipe"
 
 
+@pytest.mark.slow
 def test_members_of_registries_are_reached():
     """What a registry imports by a text is followed, or a fingerprint would miss it in silence."""
     search = module._Search({"nacre"})
@@ -167,6 +168,7 @@ def test_members_of_registries_are_reached():
             assert module._Target(*member.split(":")) in search._seen
 
 
+@pytest.mark.slow
 def test_what_a_fit_calls_is_counted(tmp_path):
     """Against what Python says that runs."""
     script = f"""

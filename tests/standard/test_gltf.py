@@ -19,6 +19,7 @@ missing = gltf.missing()
 viewers = pytest.mark.skipif(missing is not None, reason=f"{missing} is not installed")
 
 
+@pytest.mark.slow
 @viewers
 def test_the_sample_viewer_shows_the_same() -> None:
     """As it is for some layers; for all of them, with its shaders as the texts say. The sheen's

@@ -91,6 +91,7 @@ def found(name: str, function: str) -> np.ndarray:
     return call.result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WRITTEN)
 def test_what_is_written_says_what_numpy_says(name: str) -> None:
     brdf = WRITTEN[name]

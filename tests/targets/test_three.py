@@ -152,6 +152,7 @@ def integrated(brdf: Brdf, environment: Floats, points: Floats, view: Floats) ->
     return np.array(found)
 
 
+@pytest.mark.slow
 @renderers
 def test_environments_are_reflected(renderer: str) -> None:
     mask, points, view = seen()
@@ -200,6 +201,7 @@ def test_materials_of_a_scene_stay_apart(renderer: str) -> None:
     np.testing.assert_allclose(right, (0.4, 0.2, 0.1), rtol=0.05)
 
 
+@pytest.mark.slow
 @renderers
 def test_meshes_without_tangents_follow_their_coordinates(renderer: str) -> None:
     mask, points, view = seen()
@@ -270,6 +272,7 @@ def test_disposed_materials_leave_nothing(renderer: str) -> None:
     assert programs == (1 if renderer == "webgl" else 0)  # WebGPU counts none
 
 
+@pytest.mark.slow
 @renderers
 def test_what_stands_in_the_way_casts_a_shadow(renderer: str) -> None:
     lit, shaded = (

@@ -160,6 +160,7 @@ def displayed(sums: Floats, count: float) -> Floats:
     return 0.1 + covered * (encoded - 0.1)
 
 
+@pytest.mark.slow
 def test_what_is_compared_follows_the_shelf(compare: Tab) -> None:
     assert chosen(compare) == ["Paint, Network", "Paint, OpenPBR"]
     shelf = compare.page.get_by_role("listbox", name="Materials")
@@ -189,6 +190,7 @@ def test_a_material_equals_itself(compare: Tab) -> None:
     assert all(row[-1] == "0.000" for row in cells[6:])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", tiered(["light", "dark"], ["light"]))
 def test_narrow_windows(chromium: Any, tmp_path: Path, scheme: str) -> None:
     with Tab(chromium, tmp_path, (360, 740), color_scheme=scheme) as tab:
@@ -200,6 +202,7 @@ def test_narrow_windows(chromium: Any, tmp_path: Path, scheme: str) -> None:
             tab.keep(f"compare {view.lower()} {scheme}")
 
 
+@pytest.mark.slow
 def test_the_lamp_is_where_it_shines_in_every_view(compare: Tab) -> None:
     compare.page.locator("[data-control=lamp] input").fill("1")
     lamp, frame = compare.page.locator("#lamp"), compare.page.locator("#frame").bounding_box()

@@ -132,6 +132,7 @@ def test_a_network_of_a_file_looks_as_nacre_renders_it(host: Host):
     assert host.errors == []
 
 
+@pytest.mark.slow
 def test_attributes_keys_and_another_place_change_the_picture(host: Host):
     host.open('<nacre-view src="usual%202.safetensors" exposure="-1"></nacre-view>')
     host.page.evaluate(f"{FIRST}.style.width = '64px'")
@@ -172,6 +173,7 @@ def test_a_network_of_no_usual_shape_is_shown_too(host: Host):
     assert host.errors == []
 
 
+@pytest.mark.slow
 def test_twenty_elements_share_a_browser_that_keeps_few_contexts(host: Host):
     host.open('<nacre-view src="usual%201.safetensors" light="lamp"></nacre-view>' * 20)
     host.page.evaluate(

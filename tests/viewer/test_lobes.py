@@ -192,6 +192,7 @@ def test_the_light_follows_the_lamp_and_the_keys(lobes):
     assert page.locator(".handle").is_hidden()
 
 
+@pytest.mark.slow
 def test_the_light_is_dragged_in_the_plot_and_on_the_picture(lobes):
     page = lobes.page
     page.click("#tab-lobes")

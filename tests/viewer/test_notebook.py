@@ -90,6 +90,7 @@ def test_other_materials_show_their_facts():
     assert Other()._repr_html_() == "<table><tr><th>name</th><td>other</td></tr></table>"
 
 
+@pytest.mark.slow
 def test_the_widget_follows_its_model(tab: Tab, tmp_path: Path):
     contents = [base64.b64encode(content_of(each)).decode() for each in (usual(1), GLOSSY)]
     source = base64.b64encode(module().encode()).decode()

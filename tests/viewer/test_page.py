@@ -157,6 +157,7 @@ def test_search_leaves_what_matches(tab: Tab) -> None:
     assert tab.page.locator(".material:visible").count() == 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "scheme"),
     tiered([((1280, 860), "light"), ((360, 740), "dark")], lambda case: case[1] == "dark"),

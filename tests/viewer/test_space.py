@@ -142,6 +142,7 @@ def test_weights_do_not_jump(space):
     assert np.abs(np.diff(weights, axis=0)).max() < 0.02
 
 
+@pytest.mark.slow
 def test_a_saved_material_is_the_one_shown(space, tmp_path):
     found = at(space, [0.4, 0.6])
     rng = np.random.default_rng(0)
@@ -179,6 +180,7 @@ def test_a_saved_material_is_the_one_shown(space, tmp_path):
     assert again.name == loaded.name
 
 
+@pytest.mark.slow
 def test_keys_move_the_marker_and_the_shelf_takes_the_material(space):
     page = space.page
     at(space, [0.5, 0.5])
@@ -227,6 +229,7 @@ def test_the_map_stays_under_the_pointer(space):
     assert len(names) == 3
 
 
+@pytest.mark.slow
 def test_a_page_of_few_materials_has_no_map(tab):
     entries = [Entry("one", {"Formula": PLAIN}), Entry("two", {"Formula": BRUSHED})]
     content = Content([sky()])

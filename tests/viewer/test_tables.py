@@ -186,6 +186,7 @@ def test_halves_are_those_of_numpy() -> None:
     assert halves(np.zeros(3, np.float32))[0] == 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "kind"),
     [

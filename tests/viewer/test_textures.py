@@ -232,6 +232,7 @@ def test_what_no_page_holds_is_refused() -> None:
         PageTexture.of(NeuralBtf(wide))
 
 
+@pytest.mark.slow
 def test_the_mode_by_mouse_and_keys(tab: Tab) -> None:
     tab.open(content())
     tab.page.evaluate("window.page.renderer.resize(96, 96)")  # software draws it
@@ -256,6 +257,7 @@ def test_the_mode_by_mouse_and_keys(tab: Tab) -> None:
     tab.wait("window.page.renderer.frames > 0")
 
 
+@pytest.mark.slow
 def test_a_page_of_textures_alone(chromium: Any, tmp_path: Path) -> None:
     held = Content([studio()])
     held.add_texture(made_texture.texture())

@@ -245,6 +245,7 @@ def test_other_versions_and_settings_are_refused(cluster, folder, output, tmp_pa
     assert not (tmp_path / "other").exists()
 
 
+@pytest.mark.slow
 def test_a_setting_that_only_one_side_knows_is_a_difference():
     older = NetworkFitting(RECIPE)
     object.__delattr__(older, "recipe")

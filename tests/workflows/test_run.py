@@ -161,6 +161,7 @@ def test_code_is_of_the_reader_the_fit_and_the_writer(folder, changed):
         before = after
 
 
+@pytest.mark.slow
 def test_what_a_manifest_does_not_know_the_code_of_is_fitted_again(folder, output):
     fit_library([folder], output, LAMBERT)
     older = [{k: v for k, v in line.items() if k != "code"} for line in lines(output)]
@@ -216,6 +217,7 @@ def test_what_fails_is_told_tried_again_and_costs_nothing_else(folder, output):
     assert [line["error"] for line in lines(output)] == [None] * 3
 
 
+@pytest.mark.slow
 def test_a_full_disk_fails_what_it_meets_and_keeps_what_was_done(folder, output, monkeypatch):
     full = threading.Event()
     fsync = os.fsync
@@ -240,6 +242,7 @@ def test_a_full_disk_fails_what_it_meets_and_keeps_what_was_done(folder, output,
     assert len(lines(output)) == 3
 
 
+@pytest.mark.slow
 def test_a_fit_that_could_not_be_recorded_is_made_again(folder, output, monkeypatch):
     fit_library([folder], output, QUICK)
     table(folder / "d.binary")
@@ -256,6 +259,7 @@ def _no_space(*arguments):
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
+@pytest.mark.slow
 def test_an_interrupt_keeps_what_is_done(folder, output):
     def before(brdf, progress):
         if brdf.name == "b":
@@ -396,6 +400,7 @@ def test_a_device_that_is_not_there_is_found_before_the_work(folder, output):
     assert not output.exists()
 
 
+@pytest.mark.slow
 def test_a_file_in_the_place_of_a_folder_fails_its_material_only(folder, output):
     table(folder / "sub/x.binary")
     output.mkdir(parents=True)

@@ -318,6 +318,7 @@ def test_two_processes_train_one_network_and_it_is_that_of_one_process(tmp_path)
     assert first.metadata["held out"] == pytest.approx(train(steps=5).metadata["held out"], 1e-4)
 
 
+@pytest.mark.slow
 def test_a_process_that_is_killed_loses_what_came_after_its_last_checkpoint(tmp_path):
     state = tmp_path / "state"
     settings = {"steps": 100_000, "state": str(state), "save_every": 0.2}
