@@ -73,6 +73,16 @@ def parse_number(cell: str) -> float:
     return value
 
 
+def parse_numbers(words: Iterable[str], where: str) -> list[float]:
+    """The numbers that words are; a FormatError, which starts with `where`, names one that is
+    none.
+    """
+    try:
+        return [parse_number(word) for word in words]
+    except ValueError as error:
+        raise FormatError(f"{where}: {str(error)[:40]!r} is no number") from error
+
+
 def check_columns(path: PathLike, names: Sequence[str], needed: Iterable[str]) -> None:
     """Refuse a table that lacks a column, or has one twice."""
     if missing := [name for name in needed if name not in names]:

@@ -14,8 +14,6 @@ from nacre.errors import FormatError
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.measured.spectra import as_channels
 
-Indices = npt.NDArray[np.int64]
-
 _IN_PLANE = 0.02  # sine of the angle to the plane of incidence that counts as in it
 _AGREEMENT = 1.5  # ratio of samples of one pair that is worth a word
 
@@ -58,7 +56,8 @@ def from_measurement(
         start = f"{where}: " if where else ""
         raise FormatError(f"{start}no sample is above the horizon and measured")
     pairs = np.concatenate([wi[kept], wo[kept]], axis=1)
-    keys = np.round((_rotated(pairs) if isotropic else pairs) * 1e6).astype(np.int64)
+    turned = _rotated(pairs) if isotropic else pairs
+    keys = np.round(turned * 1e6).astype(np.int64)
     _, first, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     rank = np.argsort(np.argsort(first))[group.reshape(-1)]  # in the order of the file
     first = np.sort(first)
@@ -75,7 +74,7 @@ def from_measurement(
         """Standard deviations (n,) of means of what has those of `noise`."""
         return np.asarray(np.sqrt(mean(np.square(noise)[:, None]) / count)[:, 0])
 
-    said = [*notes, *_cautions(pairs, rgb[kept].max(axis=1), rank, isotropic)]
+    said = [*notes, *_cautions(turned, rgb[kept].max(axis=1), rank, isotropic)]
     counts = {
         "dropped below the horizon": int((~visible).sum()),
         "dropped as not measured": int((visible & ~known).sum()),
@@ -95,9 +94,14 @@ def from_measurement(
     return scan.replaced(channels=channels, notes=tuple(said))
 
 
-def _cautions(pairs: Floats, values: Floats, rank: Indices, isotropic: bool) -> Iterator[str]:
-    """What to say of samples, pairs (n, 6) of directions with their values and groups (n,)."""
-    if isotropic and len(pairs) > 1 and np.abs(_rotated(pairs)[:, 4]).max() < _IN_PLANE:
+def _cautions(
+    pairs: Floats, values: Floats, rank: npt.NDArray[np.int64], isotropic: bool
+) -> Iterator[str]:
+    """What to say of samples, pairs (n, 6) of directions with their values and groups (n,).
+
+    Pairs of an isotropic material are :func:`_rotated`.
+    """
+    if isotropic and len(pairs) > 1 and np.abs(pairs[:, 4]).max() < _IN_PLANE:
         yield (
             "All samples lie in the plane of incidence: values across it are guesses; "
             "nacre estimate gives their bounds."

@@ -19,7 +19,7 @@ from nacre.errors import FormatError
 from nacre.geometry import from_spherical, join, split, to_spherical
 from nacre.io.files import PathLike, atomic_path, first_bytes
 from nacre.io.format import Format
-from nacre.io.text_file import parse_number, read_lines
+from nacre.io.text_file import parse_number, parse_numbers, read_lines
 from nacre.measured.deduplication import from_measurement
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.measured.specular_nodes import ROTATIONS, Resolution, directions
@@ -47,10 +47,7 @@ def load(path: PathLike) -> ScatteredBrdf:
         words = line.split()
         if not words or line.lstrip().startswith(("#", "!", "//")):
             continue
-        try:
-            values = [parse_number(word) for word in words]
-        except ValueError as error:
-            raise FormatError(f"{path}: line {number}: {str(error)[:40]!r} is no number") from error
+        values = parse_numbers(words, f"{path}: line {number}")
         if len(values) == 2:
             light = values
         elif len(values) == 3 and light:

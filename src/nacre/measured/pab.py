@@ -21,7 +21,7 @@ from nacre.geometry import from_spherical, join
 from nacre.io.files import PathLike
 from nacre.io.format import Format
 from nacre.io.head import recognized_head
-from nacre.io.text_file import parse_number, read_lines
+from nacre.io.text_file import parse_numbers, read_lines
 from nacre.measured.deduplication import from_measurement
 from nacre.measured.scattered import ScatteredBrdf
 
@@ -44,7 +44,7 @@ class _Slice:
 
     @property
     def kinds(self) -> set[str]:
-        """What the file holds besides reflection of the front; empty where it has that only."""
+        """What the file holds: reflection or transmission, from the front or the back."""
         side = "front" if self.light[0] < np.pi / 2 else "back"
         same = (self.views[:, 0] < np.pi / 2) == (side == "front")
         found = {f"reflection of the {side}"} if same.any() else set()
@@ -120,15 +120,11 @@ def _read(path: Path) -> _Slice:
         if not words:
             continue
         if words[0].startswith("#"):
-            key, _, value = line.strip().lstrip("#").strip().partition(" ")
-            key, tab, rest = key.partition("\t")
-            header.setdefault(key.rstrip(":").lower(), f"{rest} {value}" if tab else value.strip())
+            key, _, value = line.strip().lstrip("#").strip().replace("\t", " ").partition(" ")
+            header.setdefault(key.rstrip(":").lower(), value.strip())
             continue
         width = width or _width(path, header)
-        try:
-            values = [parse_number(word) for word in words]
-        except ValueError as error:
-            raise FormatError(f"{path}: line {number}: {str(error)[:40]!r} is no number") from error
+        values = parse_numbers(words, f"{path}: line {number}")
         if len(values) != width:
             raise FormatError(f"{path}: line {number}: {len(values)} numbers, expected {width}")
         rows.extend(values)
@@ -177,10 +173,7 @@ def _light(path: Path, header: dict[str, str]) -> tuple[float, float]:
 
 
 def _angles(path: Path, header: dict[str, str], name: str, count: int) -> list[float]:
-    try:
-        values = [parse_number(word) for word in header[name].split()[:count]]
-    except ValueError as error:
-        raise FormatError(f"{path}: #{name}: {str(error)[:40]!r} is no number") from error
+    values = parse_numbers(header[name].split()[:count], f"{path}: #{name}")
     if len(values) != count:
         raise FormatError(f"{path}: #{name}: has {len(values)} numbers, expected {count}")
     return values

@@ -21,7 +21,7 @@ from nacre.errors import CUT_SHORT, FormatError, in_words, printable
 from nacre.geometry import from_rusinkiewicz_angles, from_spherical, join
 from nacre.io.files import PathLike, atomic_path, read_bytes
 from nacre.io.format import Format
-from nacre.io.text_file import parse_number
+from nacre.io.text_file import parse_numbers
 from nacre.measured.deduplication import from_measurement
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.measured.specular_nodes import Resolution, bands, growing, spectra
@@ -166,20 +166,14 @@ def _ascii(path: PathLike, kind: str, data: bytes, place: int, count: int) -> tu
         place = end + 1
         if line.startswith("#"):
             continue
-        try:
-            found += [parse_number(word) for word in line.split(" #")[0].split()]
-        except ValueError as error:
-            raise FormatError(f"{path}: {kind}: {str(error)[:40]!r} is no number") from error
+        found += parse_numbers(line.split(" #")[0].split(), f"{path}: {kind}")
     if len(found) > count:
         raise FormatError(f"{path}: {kind}: more than {count} values")
     return np.array(found), place
 
 
 def _numbers(path: PathLike, key: str, text: str) -> Floats:
-    try:
-        found = np.array([parse_number(word) for word in text.split()])
-    except ValueError as error:
-        raise FormatError(f"{path}: {key}: {str(error)[:40]!r} is no number") from error
+    found = np.array(parse_numbers(text.split(), f"{path}: {key}"))
     if not len(found):
         raise FormatError(f"{path}: {key}: is empty")
     return found

@@ -21,7 +21,7 @@ from nacre.errors import CUT_SHORT, FormatError, in_words
 from nacre.geometry import from_spherical, join
 from nacre.io.files import PathLike, first_bytes
 from nacre.io.format import Format
-from nacre.io.text_file import parse_number, read_lines
+from nacre.io.text_file import parse_numbers, read_lines
 from nacre.measured.deduplication import from_measurement
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.measured.specular_nodes import Resolution
@@ -193,11 +193,7 @@ def _read(path: PathLike) -> tuple[dict[str, str], _Table, _Table]:
         elif not names:
             header.setdefault(lower[0], " ".join(words[1:]))
         else:
-            try:
-                values = [parse_number(word) for word in words]
-            except ValueError as error:
-                problem = f"{str(error)[:40]!r} is no number"
-                raise FormatError(f"{path}: line {number}: {problem}") from error
+            values = parse_numbers(words, f"{path}: line {number}")
             if len(values) != len(names):
                 counted = f"{len(values)} numbers, expected {len(names)}"
                 raise FormatError(f"{path}: line {number}: {counted}")

@@ -245,13 +245,13 @@ def _called(variant: str) -> Any:
     """The class of BSDFs that call a function of another library."""
     mi: Any = require("mitsuba", "render")
 
-    class Called(base_class(variant)):  # type: ignore[misc]
+    class Called(_plugins(variant)["brdf"]):  # type: ignore[misc]
         wavefront = True
 
         def prepare(self, properties: Any, brdf: WrappedBrdf) -> Any:
             if mi.Float is float:
                 raise NacreError(f"functions of {brdf.library} need a JIT variant, got {variant}")
-            self.brdf = brdf
+            self.brdf, self.buffered = brdf, None
             self.albedo: Components | None = None
             self.weights = None if brdf.parameters is None else mi.Float(brdf.parameters)
             self.sampler = opaque(mi, brdf.sampler)
@@ -263,26 +263,13 @@ def _called(variant: str) -> Any:
                 return brdf
             return brdf.with_parameters(np.array(self.weights, np.float32))
 
-        def at(self, si: Any, view: Components) -> tuple[None, Sampler]:
-            return None, self.sampler
-
         def f_r(self, state: None, wi: Components, wo: Components) -> Components:
             red, green, blue = self.brdf.called(mi, self.weights, wi, wo)
             return red, green, blue
 
-        def eval_diffuse_reflectance(self, si: Any, active: Any = True) -> Any:
-            if self.albedo is None:
-                red, green, blue = adapter.albedo(self.brdf).tolist()
-                albedo: Components = opaque(mi, (red, green, blue))
-                self.albedo = albedo
-            return adapter.spectrum(mi, self.albedo, si.wavelengths, active)
-
         def traverse(self, callback: Any) -> None:
             if self.weights is not None:
                 callback.put("weights", self.weights, mi.ParamFlags.Differentiable)
-
-        def describe(self) -> dict[str, Any]:
-            return self.brdf.describe() | {"sampler": self.brdf.sampler}
 
     return Called
 

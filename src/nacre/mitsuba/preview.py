@@ -145,13 +145,8 @@ def render_scene(
             if progress is not None:
                 progress(done / spp)
         if clean:
-            return _denoised(mi, loaded, picture, seed, plan.rows)
+            return remove_noise(picture, *first_hits(mi, loaded, seed, plan.rows))
     return picture.astype(np.float32)
-
-
-def _denoised(mi: Any, scene: Any, picture: npt.NDArray[np.float64], seed: int, rows: int) -> Image:
-    albedo, normals = first_hits(mi, scene, seed, rows)
-    return remove_noise(picture, albedo, normals)
 
 
 def first_hits(

@@ -9,7 +9,7 @@ from typing import Any
 from nacre.array import Array, Components
 from nacre.brdf import Brdf
 from nacre.neural.inputs import network_inputs
-from nacre.numerics.mlp import RELU, Layer, dense, forward
+from nacre.numerics.mlp import RELU, Layer, dense
 
 
 class NetworkBrdf(Brdf):
@@ -54,11 +54,9 @@ class NetworkBrdf(Brdf):
 
     def through(self, values: Any, layers: Sequence[Any], start: int = 0) -> Any:
         """Outputs of some layers, the first of which is the one of that index."""
-        whole = start + len(layers) == len(self.layers)
-        if whole:
-            return forward(values, layers, self.activation)
-        for layer in layers:
-            values = dense(values, layer, self.activation)
+        last = len(self.layers) - 1
+        for index, layer in enumerate(layers, start):
+            values = dense(values, layer, self.activation if index < last else None)
         return values
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
