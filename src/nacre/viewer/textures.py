@@ -1,9 +1,10 @@
-"""Encoded textures for a page: few functions of light and view, in bytes.
+"""Encoded textures for a page: few functions of light and view, and weights of them, in bytes.
 
-They are the first of the factors in :mod:`nacre.textures.factors`. Numbers are bytes, with a lowest
-value and a step for each function. Steps are as small as a byte allows or as the error needs,
-whichever is larger: functions that matter little then have few different bytes, which compress
-well.
+They are the first of the factors in :mod:`nacre.textures.factors`. Weights are bytes, with a lowest
+value and a step for each function; a coarser level is kept as its difference from means of the one
+before. Functions vary slowly, so they are kept as cosines of light and view (a discrete cosine
+transform along the four axes of the grid), rounded to steps that are larger the less a function
+matters. Most are zeros, which compress well.
 """
 
 from __future__ import annotations
@@ -29,15 +30,16 @@ from nacre.textures.factors import CHROMAS as ALL_CHROMAS
 from nacre.textures.factors import LUMAS as ALL_LUMAS
 from nacre.textures.factors import factor, grid_place
 from nacre.textures.mipmap import level_shapes
+from nacre.viewer.cosines import Cosines, differences
 
 LUMAS, CHROMAS = 32, 4
 """Functions for luma and for both chroma values: as many as vertices can pass on to pixels."""
-RESOLUTION = 12
+RESOLUTION = 16
 """Nodes along each axis of the grid of directions."""
 LARGEST = 2048
 """Texels along an edge that every WebGL2 supports."""
-_WEIGHT_STEP, _FUNCTION_STEP = 1.0 / 160.0, 1.0 / 48.0  # relative to the texture's mean luma
-_SMALLEST = 1.0 / 24.0  # functions with smaller weights than this get no coarser
+_WEIGHT_STEP, _COSINE_STEP = 1.0 / 160.0, 1.0 / 24.0  # relative to the texture's mean luma
+_SMALLEST = 1.0 / 200.0  # cosines of functions with smaller weights than this get no coarser
 
 GLSL = "texture_glsl"
 """Key of a page's fact that names the part with :func:`formulas`."""
@@ -81,7 +83,7 @@ class PageTexture:
     weights
         For texels of all levels, row by row, shape (t, :data:`LUMAS` + 2 :data:`CHROMAS`).
     functions
-        At pairs of nodes, shape (:data:`RESOLUTION` ^ 4, :data:`LUMAS` + :data:`CHROMAS`).
+        At pairs of nodes of the grid of directions, :data:`LUMAS` + :data:`CHROMAS` of them.
     error
         Mean squared difference of reflectance factors from those of the codes.
     """
@@ -89,7 +91,7 @@ class PageTexture:
     height: int
     width: int
     weights: Rounded
-    functions: Rounded
+    functions: Cosines
     error: float
 
     @classmethod
@@ -117,21 +119,22 @@ class PageTexture:
         luma = np.sqrt(squares[:LUMAS].sum())
         pairs = squares[LUMAS:].reshape(2, CHROMAS).mean(axis=0)
         sizes = np.sqrt(np.concatenate([squares[:LUMAS], pairs]))
-        coarse = _FUNCTION_STEP * luma / np.maximum(sizes, _SMALLEST * luma)
-        # A black texture has no luma; the steps of its bytes have no meaning.
-        rounded = (
-            Rounded.of(weights, np.full(weights.shape[1], max(_WEIGHT_STEP * luma, 1e-6))),
-            Rounded.of(functions, np.maximum(np.nan_to_num(coarse), 1e-6)),
-        )
-        texels = rounded[0].numbers[: height * width]
-        error = factors_error(latent, texels, rounded[1].numbers, LUMAS)
-        return cls(height, width, *rounded, error)
+        coarse = _COSINE_STEP * luma / np.maximum(sizes, _SMALLEST * luma)
+        # A black texture has no luma; the steps of its numbers have no meaning.
+        rounded = Rounded.of(weights, np.full(weights.shape[1], max(_WEIGHT_STEP * luma, 1e-6)))
+        cosines = Cosines.of(functions, np.maximum(np.nan_to_num(coarse), 1e-6))
+        # As the page draws them: bytes between the least and the largest value of each function.
+        drawn = Rounded.of(cosines.numbers, np.full(len(cosines.step), 1e-12)).numbers
+        error = factors_error(latent, rounded.numbers[: height * width], drawn, LUMAS)
+        return cls(height, width, rounded, cosines, error)
 
     def parts(self) -> dict[str, bytes]:
-        """Weights by function and level, and functions as tiles of views, one for each light."""
+        """Weights by function and level, and functions, in the formats of `cosines.js`."""
+        shapes = level_shapes(self.height, self.width)
+        weights = np.ascontiguousarray(self.weights.values.T)
         return {
-            "weights": np.ascontiguousarray(self.weights.values.T).tobytes(),
-            "functions": _tiles(self.functions.values).tobytes(),
+            "weights": differences(weights, shapes).tobytes(),
+            "functions": self.functions.tobytes(),
         }
 
     def facts(self) -> dict[str, Any]:
@@ -142,15 +145,11 @@ class PageTexture:
             "lumas": LUMAS,
             "chromas": CHROMAS,
             "resolution": RESOLUTION,
-            "scales": {"weights": self.weights.facts(), "functions": self.functions.facts()},
+            "scales": {
+                "weights": self.weights.facts(),
+                "functions": {"step": self.functions.step.tolist()},
+            },
         }
-
-
-def _tiles(functions: Bytes) -> Bytes:
-    """Functions (nodes, k), shape (k, R^2, R^2), as in an atlas of textures."""
-    size = RESOLUTION
-    grid = functions.reshape(size, size, size, size, -1).transpose(4, 0, 2, 1, 3)
-    return np.ascontiguousarray(grid.reshape(-1, size**2, size**2))
 
 
 def formulas() -> str:

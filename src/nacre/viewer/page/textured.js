@@ -4,27 +4,45 @@
 // vary slowly along a surface: vertices have the functions, pixels only read weights. Each frame is
 // moved by part of a pixel, and added to those before until something changes.
 
+import { summed, unfolded } from "./cosines.js";
 import { EDGE, LAID } from "./laid.js";
 import { SCALE } from "./renderer.js";
 import { ADDED, TEXELS, VERTICES } from "./texture_shaders.js";
 import { WHOLE } from "./webgl.js";
 
+const PAUSE = 30; // milliseconds of work after which the page may draw and answer
+
 export class Textured {
   // `context` is the page's renderer; `formulas` the GLSL that shaders of textures call.
   constructor(context, formulas) {
     Object.assign(this, { context, formulas, shapes: new Map(), frames: 0 });
-    this.view = { shape: "plane", repeats: 1, zoom: 1.3, depth: 1 };
+    this.view = { shape: "plane", repeats: 1, zoom: 1.3, depth: 1, tilt: 30 };
   }
 
-  // Take a texture to the graphics card: {facts, weights, functions, relief}.
-  loaded(facts, bytes) {
-    const { lumas, chromas, resolution, width, height } = facts;
+  // Take a texture to the graphics card: {facts, scales, levels, weights, functions, relief}. `progress`
+  // is called with the fraction done; the page goes on in between.
+  async loaded(facts, bytes, progress = () => {}) {
+    const { lumas, chromas, resolution, width, height, scales, parts } = facts, count = lumas + chromas;
     const levels = [[width, height]];
     while (Math.max(...levels.at(-1)) > 1) levels.push(levels.at(-1).map((size) => Math.max(size >> 1, 1)));
-    const edge = resolution * resolution;
-    const weights = this.layers(bytes(facts.parts.weights), lumas + 2 * chromas, levels, 16);
-    const functions = this.layers(bytes(facts.parts.functions), lumas + chromas, [[edge, edge]], 4);
-    return { facts, levels: levels.length, weights, functions, relief: this.relief(facts.relief, bytes) };
+    const edge = resolution * resolution, functions = new Uint8Array(count * edge * edge), drawn = { low: [], step: [] };
+    let last = performance.now();
+    await unfolded(bytes(parts.functions), scales.functions.step, resolution, async (found, k, low, step) => {
+      functions.set(found, k * edge * edge);
+      drawn.low.push(low);
+      drawn.step.push(step);
+      if (performance.now() - last < PAUSE) return;
+      progress((k + 1) / count);
+      await new Promise((done) => setTimeout(done));
+      last = performance.now();
+    });
+    const weights = summed(bytes(parts.weights), count + chromas, levels);
+    return {
+      facts, scales: { weights: scales.weights, functions: drawn }, levels: levels.length,
+      weights: this.layers(weights, count + chromas, levels, 16),
+      functions: this.layers(functions, count, [[edge, edge]], 4),
+      relief: this.relief(facts.relief, bytes),
+    };
   }
 
   // A texture array of bytes, which are given number by number, the levels of each one after the other.
@@ -61,7 +79,8 @@ export class Textured {
     Object.assign(this, { texture, frames: 0 });
   }
 
-  // Change {shape, repeats (over the plane's width), zoom, depth (of heights, 1 as they are)}.
+  // Change {shape, repeats (over the plane's width), zoom, depth (of heights, 1 as they are),
+  // tilt (degrees by which the top leans back)}.
   change(view) {
     Object.assign(this.view, view);
     this.frames = 0;
@@ -84,17 +103,17 @@ export class Textured {
   }
 
   frame() {
-    const { context, texture: { facts, levels, weights, functions, relief }, view, formulas } = this;
+    const { context, texture: { facts, scales, levels, weights, functions, relief }, view, formulas } = this;
     const { gl, scene, size } = context, shape = this.shape(), aspect = facts.width / facts.height;
     if (`${this.size}` !== `${size}`) this.resize(size);
     const program = context.program(VERTICES(facts, formulas), TEXELS(facts, formulas));
     const { bottom, top } = facts.relief ?? { bottom: 0, top: 0 };
     const values = {
-      turn: scene.turn, shift: context.shift(this.frames), scale: SCALE * view.zoom,
+      turn: leant(scene.turn, (view.tilt * Math.PI) / 180), shift: context.shift(this.frames), scale: SCALE * view.zoom,
       cells: shape.cells, repeats: this.repeats(shape, aspect), lamp: scene.lamp, irradiance: scene.irradiance,
       functions, weights, levels, relief, aspect, field: [bottom * view.depth, top * view.depth, view.depth],
-      function_low: facts.scales.functions.low, function_step: facts.scales.functions.step,
-      weight_low: facts.scales.weights.low, weight_step: facts.scales.weights.step,
+      function_low: scales.functions.low, function_step: scales.functions.step,
+      weight_low: scales.weights.low, weight_step: scales.weights.step,
     };
     context.begin(this.one);
     gl.enable(gl.CULL_FACE);
@@ -113,4 +132,10 @@ export class Textured {
     if (this.size) [this.one, ...this.sums].forEach((target) => context.free(target));
     Object.assign(this, { size: [...size], one: context.target(1, size, true), sums: context.pair(), frames: 0 });
   }
+}
+
+// A turn, column by column, of what leans back by an angle in radians.
+function leant(turn, angle) {
+  const up = turn.slice(3, 6), toward = turn.slice(6), c = Math.cos(angle), s = Math.sin(angle);
+  return [...turn.slice(0, 3), ...up.map((y, k) => c * y - s * toward[k]), ...toward.map((z, k) => s * up[k] + c * z)];
 }

@@ -1,6 +1,6 @@
 // The mode that shows encoded textures in the light of a lamp that moves.
 
-import { button, choice, listed, made, pressed, range } from "./dom.js";
+import { attempt, button, choice, listed, made, pressed, range } from "./dom.js";
 import { Mode, state } from "./look.js";
 import { Textured } from "./textured.js";
 
@@ -37,6 +37,7 @@ export class Textures extends Mode {
         choice("Surface", SHAPES, (shape) => textured.change({ shape })),
         this.light,
         range("Repeats", [1, 16, 1, 1], (repeats) => textured.change({ repeats })),
+        range("Tilt (degrees)", [0, 80, 1, 30], (tilt) => textured.change({ tilt })),
         range("Zoom", [1, 8, 0.1, 1.3], (zoom) => textured.change({ zoom })),
         this.depth),
       this.known,
@@ -48,15 +49,22 @@ export class Textures extends Mode {
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.follow("circle");
   }
 
-  choose(k) {
+  // Show a texture, once it is unpacked; resolves then.
+  async choose(k) {
     const facts = this.held[k], { read, page } = this;
-    if (!read.has(k)) read.set(k, this.textured.loaded(facts, page.bytes));
-    this.textured.show(read.get(k));
     pressed(this.buttons, k);
     this.name.textContent = facts.name;
     this.known.replaceChildren(...listed(facts.known));
     this.depth.hidden = !facts.relief;
     this.chosen = k;
+    if (!read.has(k)) read.set(k, this.textured.loaded(facts, page.bytes, (part) => (facts.part = part)));
+    const texture = await read.get(k);
+    if (this.chosen === k) this.textured.show(texture);
+  }
+
+  // The chosen texture is not unpacked yet.
+  get waits() {
+    return this.textured.texture?.facts !== this.held[this.chosen];
   }
 
   // Let the lamp move along a path, from where it would be by now.
@@ -69,7 +77,7 @@ export class Textures extends Mode {
   open() {
     const { controls, renderer } = this.page;
     controls.shine(Number(controls.strength.value) || 1);
-    if (this.chosen === undefined) this.choose(0);
+    if (this.chosen === undefined) attempt(() => this.choose(0));
     renderer.canvas.setAttribute("aria-label", "Texture; arrow keys turn it");
     this.times = [];
     this.textured.frames = 0;
@@ -88,6 +96,7 @@ export class Textures extends Mode {
 
   draw() {
     const { textured, times, page } = this, now = performance.now() / 1000;
+    if (this.waits) return `unpacking, ${Math.round(100 * (this.held[this.chosen].part ?? 0))} %`;
     if (this.path !== "still") page.controls.move(...PATHS[this.path]((2 * Math.PI * (now % PERIOD)) / PERIOD));
     const moving = textured.frames === 0;
     if (textured.frames < CONVERGED) textured.frame();
