@@ -165,7 +165,8 @@ class GgxMixture(Sampler):
         def at(values: Values) -> Array:
             value: Array = values[0]
             for step, (low, high) in zip(steps, itertools.pairwise(values), strict=True):
-                if type(low) is not float or low != high:  # numbers may be data of a kernel
+                # Numbers may be data of a kernel, and formulas do not depend on their values.
+                if xp.library == "trace" or type(low) is not float or low != high:
                     value = value + (high - low) * step
             return value
 

@@ -17,7 +17,10 @@ from nacre.targets.textures.target import TextureTarget
 from nacre.targets.three_textures import texture_values
 from nacre.targets.wgsl import Wgsl
 
-_REVISION = "three.js r187"
+REVISION = "three.js r187"
+"""What exports were written for and tested with."""
+REFLECTANCE = {"ARRAYS": "{}", "SAMPLES": "32", "LOADER": "", "BEGIN": ""}
+"""Places in the template that are the same for all reflectances."""
 
 
 class Three(TextureTarget):
@@ -29,10 +32,7 @@ class Three(TextureTarget):
         values = {
             "PREAMBLE": _comments(preamble(brdf)),
             "ANISOTROPIC": json.dumps(not brdf.isotropic),
-            "ARRAYS": "{}",
-            "SAMPLES": "32",
-            "LOADER": "",
-            "BEGIN": "",
+            **REFLECTANCE,
             "GLSL": "\n\n".join(Glsl().written(brdf, name).values()),
             "WGSL": "\n\n".join(Wgsl().written(brdf, name).values()),
         }
@@ -49,7 +49,7 @@ def _comments(lines: Sequence[str]) -> str:
 
 
 def _module(name: str, values: Mapping[str, str]) -> bytes:
-    given = {**values, "REVISION": _REVISION, "NAME": name}
+    given = {**values, "REVISION": REVISION, "NAME": name}
     template = resources.files("nacre.targets").joinpath("three.js").read_text("utf-8")
     # In one pass: a value may contain the name of a place.
     return re.sub(r"NACRE_([A-Z]+)", lambda place: given[place[1]], template).encode()

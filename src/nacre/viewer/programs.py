@@ -71,7 +71,7 @@ class _Open(GlslLanguage):
         return f"@{found}@"
 
     def datum(self, origin: Any) -> str:
-        return self._place(_formula(origin))
+        return self._place(origin_as_json(origin))
 
     def numbers(self, values: Any) -> str:
         """See :class:`nacre.targets.source.Language`; weights are their own places here."""
@@ -90,19 +90,20 @@ def key_of(network: NeuralBrdf) -> str:
             network.isotropic,
             list(network.sizes),
             network.activation,
-            _shape(describe_sampler(network.sampler)),
+            shape_of(describe_sampler(network.sampler)),
         ],
         separators=(",", ":"),
     )
 
 
-def _shape(description: Any) -> Any:
+def shape_of(description: Any) -> Any:
+    """A description of a sampler without its numbers; see :func:`key_of`."""
     if isinstance(description, Mapping):
-        return {key: _shape(value) for key, value in sorted(description.items())}
+        return {key: shape_of(value) for key, value in sorted(description.items())}
     if isinstance(description, list | tuple):
         if all(isinstance(value, float | int) for value in description):
             return len(description)
-        return [_shape(value) for value in description]
+        return [shape_of(value) for value in description]
     return "number" if isinstance(description, float | int) else description
 
 
@@ -216,7 +217,7 @@ def _in(axis: _Axis | None, w: Components) -> Components:
     return w if axis is None else in_frame(w, *axis)
 
 
-def _formula(origin: Any) -> Any:
+def origin_as_json(origin: Any) -> Any:
     """The origin of a datum as JSON: its place, or how it is computed from others."""
     if isinstance(origin, str):
         return [origin]
@@ -224,5 +225,5 @@ def _formula(origin: Any) -> Any:
         return ["parameter", origin]
     if isinstance(origin, tuple):
         name, *values = origin
-        return [name, *(_formula(value) for value in values)]
+        return [name, *(origin_as_json(value) for value in values)]
     return float(origin)

@@ -23,7 +23,8 @@ export function keyOf(header) {
   return [inputs, isotropic, header.sizes, activation, shape(header.sampler)];
 }
 
-function shape(value) {
+// A description of a sampler without its numbers.
+export function shape(value) {
   if (Array.isArray(value))
     return value.every((x) => typeof x === "number") ? value.length : value.map(shape);
   if (typeof value === "number") return "number";
@@ -53,8 +54,14 @@ export function numbersFor(template, { header, tensors }) {
       if (!found || `${found.shape}` !== `${wanted}`) throw new FileError(`${part}_${layer}: expected ${wanted.join(" x ")} numbers`);
       weights.push(...found.values);
     }
-  const known = { numbers: numbersOf(header.sampler), angle: header.angle, "sampler angle": header.sampler.angle };
-  return template.places.map((place) => (typeof place === "number" ? weights[place] : formula(place, known)));
+  const datum = datumOf(header);
+  return template.places.map((place) => (typeof place === "number" ? weights[place] : datum(place)));
+}
+
+// What gives the numbers that formulas of a file's sampler and axes stand for.
+export function datumOf({ sampler, angle }) {
+  const known = { numbers: numbersOf(sampler), angle, "sampler angle": sampler.angle };
+  return (place) => formula(place, known);
 }
 
 const MOST = 1 << 13; // weights of a network that is written here: more take browsers seconds to compile
