@@ -21,8 +21,8 @@ export function pixelsOf(bytes) {
   return pixels;
 }
 
-// {texels, toward, radiance, edge}: RGBA with the density over solid angle as alpha; directions with
-// their densities; and the light from each.
+// {texels, toward, radiance, edge, floor}: RGBA with the density over solid angle as alpha; directions with
+// their densities; the light from each; and the irradiance of level ground.
 export function tables(pixels, width, height) {
   const edges = Float64Array.from({ length: height + 1 }, (_, j) =>
     Math.cos((Math.PI * Math.min(Math.max(j - 0.5, 0), height - 1)) / (height - 1)));
@@ -60,7 +60,15 @@ export function tables(pixels, width, height) {
     toward.set([r * Math.sin(phi), y, -r * Math.cos(phi), texels[4 * (j * width + column) + 3]], 4 * k);
     radiance.set(between(pixels, width, height, column + u - 0.5, (Math.acos(y) / Math.PI) * (height - 1)), 4 * k);
   }
-  return { texels, toward, radiance, edge: EDGE };
+  const floor = [0, 1, 2].map((c) => {
+    let sum = 0;
+    for (let k = 0; k < count; k++) {
+      const row = Math.floor(k / width);
+      sum += pixels[3 * k + c] * angles[row] * Math.max(Math.cos((Math.PI * row) / (height - 1)), 0);
+    }
+    return sum;
+  });
+  return { texels, toward, radiance, edge: EDGE, floor };
 }
 
 // Which cell of running sums from `low` to `high` holds a value, and where in it.

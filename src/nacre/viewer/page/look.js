@@ -34,6 +34,16 @@ export class Look extends Mode {
     super(page, title);
   }
 
+  open() {
+    this.page.renderer.change({ stage: true, film: true });
+    super.open();
+  }
+
+  close() {
+    this.page.renderer.change({ stage: false, film: false });
+    super.close();
+  }
+
   // The material has changed.
   changed() {
     const { page } = this;

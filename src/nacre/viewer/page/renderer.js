@@ -1,4 +1,5 @@
-// Pictures of shapes in materials: direct light of an environment and of a lamp, without shadows.
+// Pictures of shapes in materials: direct light of an environment and of a lamp, without shadows; or on
+// a stage, where simple bodies cast some (see stage.js).
 //
 // Each frame draws the shape's points anew, moved by part of a pixel, and adds some directions of
 // light for each. Sums are kept in single precision until something changes. A material is
@@ -7,21 +8,33 @@
 
 import { pixelsOf, tables } from "./light.js";
 import { moved } from "./sequence.js";
-import { FRAMES, LIT, POINTS, SHOWN, SPHERE, VALUES } from "./shaders.js";
+import { FRAMES, LIT, POINTS, SHOWN, SPHERE, VALUES, VERTEX } from "./shaders.js";
 import { SHAPES } from "./shapes.js";
+import { Smoothing } from "./smooth.js";
+import { baseOf, camera, STAGED } from "./stage.js";
+import { BASE, MATERIAL, STAGE_POINTS } from "./stage_shaders.js";
 import { Context, WHOLE } from "./webgl.js";
 
+const METER = { size: 24, frames: 8, wanted: 0.36, power: 0.4, least: 0.6, most: 2.5 };
+const UPRIGHT = [1, 0, 0, 0, 1, 0, 0, 0, 1];
+const BODIES = 20, PAPER = 0.3; // as in stage_shaders.js
+
 export const SCALE = 0.97; // of shapes, which fit the unit sphere
+
+const SHOWING = ["exposure", "ground", "film"]; // what changes no sums
 
 export class Renderer extends Context {
   constructor(canvas) {
     super(canvas);
     this.shapes = new Map();
     this.pictures = [];
+    this.gains = new Map();
+    this.smoothing = new Smoothing(this);
     this.pairs = 2;
     this.scene = {
       shape: "sphere", turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], rotation: 0, surroundings: 1,
       lamp: [-0.5, 0.5, Math.SQRT1_2, 0], irradiance: [0, 0, 0], exposure: 1, ground: [0.1, 0.1, 0.1], backing: 1, still: false,
+      stage: false, film: false,
     };
     this.resize(canvas.width, canvas.height);
   }
@@ -44,22 +57,23 @@ export class Renderer extends Context {
   }
 
   // Change the scene: {shape, turn (3 x 3, columns), rotation, surroundings, lamp, irradiance, exposure,
-  // ground, backing (its opacity), still (points stay at the middles of pixels)}.
+  // ground, backing (its opacity), still (points stay at the middles of pixels), stage, film}.
   change(scene) {
     Object.assign(this.scene, scene);
     this.stale = true;
-    if (Object.keys(scene).some((name) => name !== "exposure" && name !== "ground")) this.restart();
+    if (Object.keys(scene).some((name) => !SHOWING.includes(name))) this.restart();
   }
 
   // Light the scene by an environment of the page, whose parts are `bytes`.
   light({ part, width, height }, bytes) {
-    const { texels, toward, radiance, edge } = tables(pixelsOf(bytes(part)), width, height);
+    const { texels, toward, radiance, edge, floor } = tables(pixelsOf(bytes(part)), width, height);
     for (const texture of Object.values(this.environment ?? {})) this.gl.deleteTexture(texture);
     this.environment = {
       texels: this.texture([width, height], texels),
       toward: this.texture([edge, edge], toward),
       radiance: this.texture([edge, edge], radiance),
     };
+    Object.assign(this, { floor, gains: new Map() });
     this.restart();
   }
 
@@ -74,13 +88,14 @@ export class Renderer extends Context {
   }
 
   frame() {
-    const { turn, lamp, irradiance, rotation, surroundings } = this.scene;
-    this.place({ turn, shift: this.shift(this.frames), scale: SCALE });
+    const { turn, lamp, irradiance, rotation, surroundings, stage } = this.scene, shift = this.shift(this.frames);
+    const around = stage ? this.staged(shift) : { staged: false, eye: [0, 0, 1, 0] };
+    if (!stage) this.place({ turn, shift, scale: SCALE });
     const [normals, tangents, points] = this.points.textures;
     const pairs = this.frames ? this.pairs : 1;
     for (const picture of this.pictures) {
       picture.latest = this.added(picture.sums, this.frames, picture.program, {
-        normals, tangents, points, ...this.environment, ...picture.textures,
+        normals, tangents, points, ...this.environment, ...picture.textures, ...around,
         drawn: this.drawn, pairs, rotation, lamp, irradiance, surroundings,
       });
     }
@@ -101,6 +116,28 @@ export class Renderer extends Context {
     return after;
   }
 
+  // Draw the points of the stage; returns what else its light depends on.
+  staged(shift) {
+    const { shape, turn, surroundings } = this.scene, { bodies, base, groove, mesh } = STAGED[shape];
+    const values = { ...camera(turn, this.size), shift };
+    this.begin(this.points);
+    const program = this.program(STAGE_POINTS(VERTEX), FRAMES);
+    this.meshed(program, { ...values, kind: MATERIAL }, this.shape(`staged ${shape}`, mesh));
+    if (base[0]) this.meshed(program, { ...values, turn: UPRIGHT, kind: BASE }, this.shape(`base ${base}`, () => baseOf(base)));
+    const whole = turned(values.turn, bodies), [x, y, z, ...edges] = groove ?? [0, 1, 0, 2, -2];
+    return {
+      ...values, staged: true, bodies: [...whole.flat(), ...Array(4 * (BODIES - bodies.length)).fill(0)], bodied: bodies.length, base,
+      groove: turned(values.turn, [[x, y, z, 0]])[0].slice(0, 3), edges,
+      paper: this.floor.map((light) => (surroundings * PAPER * light) / Math.PI),
+    };
+  }
+
+  // A mesh by name, made when it is first asked for.
+  shape(name, mesh) {
+    if (!this.shapes.has(name)) this.shapes.set(name, this.mesh(mesh(), [3, 3, 3]));
+    return this.shapes.get(name);
+  }
+
   // Draw the points of the shape; the sphere's are exact.
   place(values) {
     const { shape } = this.scene;
@@ -109,16 +146,50 @@ export class Renderer extends Context {
       this.fill(this.points, this.program(WHOLE, SPHERE), { ...values, size: this.size });
       return;
     }
-    if (!this.shapes.has(shape)) this.shapes.set(shape, this.mesh(SHAPES[shape](), [3, 3, 3]));
     this.begin(this.points);
-    this.meshed(this.program(POINTS, FRAMES), values, this.shapes.get(shape));
+    this.meshed(this.program(POINTS, FRAMES), { ...values, kind: MATERIAL }, this.shape(shape, SHAPES[shape]));
   }
 
   // Show a sum on the canvas, which is then no longer stale; `count` is its sum where it is opaque.
   present(sum = this.pictures[0].latest, count = this.drawn) {
-    const { exposure, ground, backing } = this.scene;
+    const { ground, backing, film } = this.scene, exposure = this.exposure();
     this.stale = false;
-    this.fill(null, this.program(WHOLE, SHOWN), { sums: sum.textures[0], exposure, ground, backing, count });
+    const shown = this.scene.stage ? this.smoothing.of(sum, this.points.textures[0], count, exposure) : sum;
+    this.fill(null, this.program(WHOLE, SHOWN), { sums: shown.textures[0], exposure, ground, backing, film, count });
+  }
+
+  // What light is multiplied by: on a stage, as it suits the material.
+  exposure() {
+    return this.scene.exposure * (this.scene.stage ? this.gain(this.pictures[0]) : 1);
+  }
+
+  // The exposure that suits a material in the environment, whatever else is chosen: dark ones are shown
+  // lighter and light ones darker, but not as much as would make them alike.
+  gain({ program, textures }) {
+    if (!this.gains.has(program)) {
+      const light = median(this.metered(program, textures));
+      this.gains.set(program, Math.min(Math.max((METER.wanted / Math.max(light, 1e-6)) ** METER.power, METER.least), METER.most));
+    }
+    return this.gains.get(program);
+  }
+
+  // Luminances of a small sphere of a material in the environment.
+  metered(program, textures) {
+    const size = [METER.size, METER.size], points = this.target(3, size, true), sums = [0, 1].map(() => this.target(1, size));
+    const [normals, tangents, where] = points.textures;
+    let latest;
+    this.clear(points);
+    this.fill(points, this.program(WHOLE, SPHERE), { turn: UPRIGHT, shift: [0, 0], scale: SCALE, size });
+    for (let frame = 0; frame < METER.frames; frame++)
+      latest = this.added(sums, frame, program, {
+        normals, tangents, points: where, ...this.environment, ...textures, staged: false, eye: [0, 0, 1, 0],
+        drawn: 2 * frame, pairs: 2, rotation: 0, lamp: [0, 0, 1, 0], irradiance: [0, 0, 0], surroundings: 1,
+      });
+    const values = this.read(latest), found = [];
+    for (let k = 0; k < values.length; k += 4)
+      if (values[k + 3]) found.push((0.2126 * values[k] + 0.7152 * values[k + 1] + 0.0722 * values[k + 2]) / values[k + 3]);
+    for (const each of [points, ...sums]) this.free(each);
+    return found;
   }
 
   // Whether everything before the last `mark` is drawn.
@@ -158,3 +229,9 @@ export class Renderer extends Context {
     return found;
   }
 }
+
+const median = (values) => values.sort((a, b) => a - b)[values.length >> 1] ?? 0;
+
+// Points or directions (their first three numbers) turned by a matrix of columns.
+const turned = (m, all) =>
+  all.map(([x, y, z, more]) => [...[0, 1, 2].map((k) => m[k] * x + m[3 + k] * y + m[6 + k] * z), more]);
