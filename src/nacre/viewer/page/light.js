@@ -11,16 +11,6 @@ const EDGE = 256; // directions along an edge of their texture
 const SPREAD = [0.25, 0.5, 0.25];
 const FLOOR = 0.02; // of mean light in every texel
 
-// Linear RGB of shared-exponent bytes: red, green, blue and exponent planes.
-export function pixelsOf(bytes) {
-  const count = bytes.length / 4, pixels = new Float32Array(3 * count);
-  for (let k = 0; k < count; k++) {
-    const scale = 2 ** (bytes[3 * count + k] - 136);
-    for (let c = 0; c < 3; c++) pixels[3 * k + c] = bytes[c * count + k] * scale;
-  }
-  return pixels;
-}
-
 // {texels, toward, radiance, edge, floor}: RGBA with the density over solid angle as alpha; directions with
 // their densities; the light from each; and the irradiance of level ground.
 export function tables(pixels, width, height) {

@@ -54,8 +54,12 @@ export class Look extends Mode {
   draw() {
     const { renderer } = this.page;
     if (renderer.frames < LAST) renderer.frame();
-    else if (!renderer.stale) return state(LAST);
-    renderer.present();
-    return state(renderer.frames);
+    // Smoothing takes as long as a frame where software draws: later frames are shown less often.
+    const { frames } = renderer, due = frames < 4 || frames === LAST || frames >= 1.25 * this.shown;
+    if (renderer.stale || frames < this.shown || (due && frames !== this.shown)) {
+      renderer.present();
+      this.shown = frames;
+    }
+    return state(frames);
   }
 }

@@ -6,7 +6,9 @@
 // {glsl, textures}: functions material_eval, material_sample and material_pdf, and the textures that
 // they fetch from, by name.
 
-import { pixelsOf, tables } from "./light.js";
+import { tables } from "./light.js";
+import { pixelsOf } from "./maps.js";
+import { Meter } from "./meter.js";
 import { moved } from "./sequence.js";
 import { FRAMES, LIT, POINTS, SHOWN, SPHERE, VALUES, VERTEX } from "./shaders.js";
 import { SHAPES } from "./shapes.js";
@@ -15,9 +17,8 @@ import { baseOf, camera, STAGED } from "./stage.js";
 import { BASE, MATERIAL, STAGE_POINTS } from "./stage_shaders.js";
 import { Context, WHOLE } from "./webgl.js";
 
-const METER = { size: 24, frames: 8, wanted: 0.36, power: 0.4, least: 0.6, most: 2.5 };
 const UPRIGHT = [1, 0, 0, 0, 1, 0, 0, 0, 1];
-const BODIES = 20, PAPER = 0.3; // as in stage_shaders.js
+const BODIES = 20, PAPER = 0.42; // as in stage_shaders.js
 
 export const SCALE = 0.97; // of shapes, which fit the unit sphere
 
@@ -28,7 +29,7 @@ export class Renderer extends Context {
     super(canvas);
     this.shapes = new Map();
     this.pictures = [];
-    this.gains = new Map();
+    this.meter = new Meter(this);
     this.smoothing = new Smoothing(this);
     this.pairs = 2;
     this.scene = {
@@ -65,15 +66,17 @@ export class Renderer extends Context {
   }
 
   // Light the scene by an environment of the page, whose parts are `bytes`.
-  light({ part, width, height }, bytes) {
-    const { texels, toward, radiance, edge, floor } = tables(pixelsOf(bytes(part)), width, height);
+  light(map, bytes) {
+    const { width, height } = map;
+    const { texels, toward, radiance, edge, floor } = tables(pixelsOf(bytes(map.part), map), width, height);
     for (const texture of Object.values(this.environment ?? {})) this.gl.deleteTexture(texture);
     this.environment = {
       texels: this.texture([width, height], texels),
       toward: this.texture([edge, edge], toward),
       radiance: this.texture([edge, edge], radiance),
     };
-    Object.assign(this, { floor, gains: new Map() });
+    this.floor = floor;
+    this.meter.forget();
     this.restart();
   }
 
@@ -150,46 +153,14 @@ export class Renderer extends Context {
     this.meshed(this.program(POINTS, FRAMES), { ...values, kind: MATERIAL }, this.shape(shape, SHAPES[shape]));
   }
 
-  // Show a sum on the canvas, which is then no longer stale; `count` is its sum where it is opaque.
+  // Show a sum on the canvas, which is then no longer stale; `count` is its sum where it is opaque. On a
+  // stage it is exposed as it suits the material, and smoothed while it needs that.
   present(sum = this.pictures[0].latest, count = this.drawn) {
-    const { ground, backing, film } = this.scene, exposure = this.exposure();
+    const { exposure, ground, backing, film, stage } = this.scene;
     this.stale = false;
-    const shown = this.scene.stage ? this.smoothing.of(sum, this.points.textures[0], count, exposure) : sum;
-    this.fill(null, this.program(WHOLE, SHOWN), { sums: shown.textures[0], exposure, ground, backing, film, count });
-  }
-
-  // What light is multiplied by: on a stage, as it suits the material.
-  exposure() {
-    return this.scene.exposure * (this.scene.stage ? this.gain(this.pictures[0]) : 1);
-  }
-
-  // The exposure that suits a material in the environment, whatever else is chosen: dark ones are shown
-  // lighter and light ones darker, but not as much as would make them alike.
-  gain({ program, textures }) {
-    if (!this.gains.has(program)) {
-      const light = median(this.metered(program, textures));
-      this.gains.set(program, Math.min(Math.max((METER.wanted / Math.max(light, 1e-6)) ** METER.power, METER.least), METER.most));
-    }
-    return this.gains.get(program);
-  }
-
-  // Luminances of a small sphere of a material in the environment.
-  metered(program, textures) {
-    const size = [METER.size, METER.size], points = this.target(3, size, true), sums = [0, 1].map(() => this.target(1, size));
-    const [normals, tangents, where] = points.textures;
-    let latest;
-    this.clear(points);
-    this.fill(points, this.program(WHOLE, SPHERE), { turn: UPRIGHT, shift: [0, 0], scale: SCALE, size });
-    for (let frame = 0; frame < METER.frames; frame++)
-      latest = this.added(sums, frame, program, {
-        normals, tangents, points: where, ...this.environment, ...textures, staged: false, eye: [0, 0, 1, 0],
-        drawn: 2 * frame, pairs: 2, rotation: 0, lamp: [0, 0, 1, 0], irradiance: [0, 0, 0], surroundings: 1,
-      });
-    const values = this.read(latest), found = [];
-    for (let k = 0; k < values.length; k += 4)
-      if (values[k + 3]) found.push((0.2126 * values[k] + 0.7152 * values[k + 1] + 0.0722 * values[k + 2]) / values[k + 3]);
-    for (const each of [points, ...sums]) this.free(each);
-    return found;
+    const gains = stage ? this.meter.of(this.pictures[0], this.environment) : this.meter.one;
+    const shown = stage ? this.smoothing.of(sum, this.points.textures[0], count, { exposure, gains }) : sum;
+    this.fill(null, this.program(WHOLE, SHOWN), { sums: shown.textures[0], gains, exposure, ground, backing, film, count });
   }
 
   // Whether everything before the last `mark` is drawn.
@@ -229,8 +200,6 @@ export class Renderer extends Context {
     return found;
   }
 }
-
-const median = (values) => values.sort((a, b) => a - b)[values.length >> 1] ?? 0;
 
 // Points or directions (their first three numbers) turned by a matrix of columns.
 const turned = (m, all) =>

@@ -136,12 +136,12 @@ vec3 matte(vec3 p, vec3 n, bool floor, uint first, uint many) {
     if (cosine <= 0.0) continue;
     bool hidden = floor ? behind_something(p, w) : bodied > 0 && behind_sphere(p, w, bodies[0]);
     if (hidden != floor) continue;
-    vec3 part = surroundings * drawn_radiance(first, drawn + uint(k), many) * cosine / (PI * found.w);
-    total += floor ? -PAPER * part : PLASTIC * part;
+    vec3 part = surroundings * drawn_radiance(first, drawn + uint(k), many) * cosine / found.w;
+    total += (floor ? -PAPER / PI : plastic(n, w, normalize(eye.xyz - p))) * part;
   }
   vec3 way, light = lamplight(p, way);
   float cosine = dot(way, n);
-  if (cosine > 0.0 && !under() && !behind_something(p, way)) total += float(pairs) * (floor ? PAPER : PLASTIC) / PI * light * cosine;
+  if (cosine > 0.0 && !under() && !behind_something(p, way)) total += float(pairs) * (floor ? PAPER / PI : plastic(n, way, normalize(eye.xyz - p))) * light * cosine;
   return total;
 }
 
@@ -160,7 +160,7 @@ void main() {
       vec3 p = eye.xyz + reach * way;
       float away = length(p.xz);
       total = away < 12.0 ? matte(p, vec3(0.0, 1.0, 0.0), true, first, many) : paper * float(pairs);
-      total *= distant(away);
+      total *= distant(away) * mix(1.0, 0.72, smoothstep(-0.05, 0.4, way.y));
     }
     color += vec4(total, float(pairs));
     return;
@@ -229,9 +229,12 @@ vec4 presented(vec4 sum) {
 
 export const SHOWN = `${HEAD}
 ${PRESENTED}
-uniform sampler2D sums;
+uniform sampler2D sums, gains;
 out vec4 color;
-void main() { color = presented(texelFetch(sums, ivec2(gl_FragCoord.xy), 0)); }`;
+void main() {
+  vec4 sum = texelFetch(sums, ivec2(gl_FragCoord.xy), 0);
+  color = presented(vec4(sum.rgb * texelFetch(gains, ivec2(0), 0).r, sum.a));
+}`;
 
 // Reflectance at pairs of directions that textures hold, and something more.
 export const VALUES = (material, more) => `${HEAD}

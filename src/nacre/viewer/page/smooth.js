@@ -11,7 +11,7 @@ const FADES = [96, 224]; // pairs of directions between which the filter fades
 const NOISE = 1.1; // of one pair, as shown: what differs by more is kept apart
 
 const PASS = `${HEAD}
-uniform sampler2D sums, normals, source;
+uniform sampler2D sums, normals, source, gains;
 uniform int stride;
 uniform bool first, last;
 uniform float sigma, rest, exposure, count;
@@ -20,40 +20,40 @@ const vec3 LUMA = vec3(0.2126, 0.7152, 0.0722);
 
 vec3 raw(ivec2 at) {
   vec4 sum = texelFetch(sums, at, 0);
-  return sum.rgb / max(sum.a, 1.0) * exposure;
+  return sum.rgb / max(sum.a, 1.0) * exposure * texelFetch(gains, ivec2(0), 0).r;
 }
 
 // Bounded, so that no single bright direction spreads.
-vec3 at_hand(ivec2 at) {
-  if (!first) return texelFetch(source, at, 0).rgb;
+// The fourth number is that of the normal.
+vec4 at_hand(ivec2 at) {
+  if (!first) return texelFetch(source, at, 0);
   vec3 c = raw(at);
-  return c / (1.0 + dot(c, LUMA));
+  return vec4(c / (1.0 + dot(c, LUMA)), texelFetch(normals, at, 0).w);
 }
 
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy), end = textureSize(sums, 0) - 1;
-  vec4 n = texelFetch(normals, at, 0);
-  vec3 here = at_hand(at), total = here * 0.25;
+  vec4 here = at_hand(at);
+  vec3 n = here.w == 0.0 ? vec3(0.0) : texelFetch(normals, at, 0).xyz, total = here.rgb * 0.25;
   float weights = 0.25;
   for (int j = -1; j <= 1; j++)
     for (int i = -1; i <= 1; i++) {
       ivec2 to = at + stride * ivec2(i, j);
       if ((i == 0 && j == 0) || to != clamp(to, ivec2(0), end)) continue;
-      vec4 other = texelFetch(normals, to, 0);
-      if (other.w != n.w) continue;
-      vec3 there = at_hand(to);
-      float apart = dot(abs(there - here), LUMA) / sigma;
-      float alike = n.w == 0.0 ? 1.0 : pow(max(dot(other.xyz, n.xyz), 0.0), 48.0);
+      vec4 there = at_hand(to);
+      if (there.w != here.w) continue;
+      float apart = dot(abs(there.rgb - here.rgb), LUMA) / sigma;
+      float alike = here.w == 0.0 ? 1.0 : pow(max(dot(texelFetch(normals, to, 0).xyz, n), 0.0), 48.0);
       float weight = (i == 0 || j == 0 ? 0.125 : 0.0625) * alike * exp(-apart * apart);
-      total += weight * there;
+      total += weight * there.rgb;
       weights += weight;
     }
   vec3 found = total / weights;
   if (last) {
     found /= max(1.0 - dot(found, LUMA), 1e-3);
-    found = mix(found, raw(at), rest) / exposure * count;
+    found = mix(found, raw(at), rest) / exposure / texelFetch(gains, ivec2(0), 0).r * count;
   }
-  color = vec4(found, count);
+  color = vec4(found, last ? count : here.w);
 }`;
 
 export class Smoothing {
@@ -61,8 +61,8 @@ export class Smoothing {
     this.context = context;
   }
 
-  // The texture of a sum after `drawn` pairs, smoothed; the sum's own once it needs nothing.
-  of(sum, normals, drawn, exposure) {
+  // The target of a sum after `drawn` pairs, smoothed; the sum's own once it needs nothing.
+  of(sum, normals, drawn, { exposure, gains }) {
     const { context } = this, rest = (drawn - FADES[0]) / (FADES[1] - FADES[0]);
     if (rest >= 1) return sum;
     if (`${this.targets?.[0].size}` !== `${context.size}`) {
@@ -74,7 +74,7 @@ export class Smoothing {
       const [to, from] = k % 2 ? [...this.targets].reverse() : this.targets;
       context.fill(to, program, {
         sums: sum.textures[0], normals, source: from.textures[0], stride, first: k === 0, last: k === STRIDES.length - 1,
-        sigma: NOISE / Math.sqrt(drawn) / (k + 1), rest: Math.max(rest, 0), exposure, count: drawn,
+        sigma: NOISE / Math.sqrt(drawn) / (k + 1), rest: Math.max(rest, 0), exposure, gains, count: drawn,
       });
     });
     return this.targets[(STRIDES.length + 1) % 2];

@@ -7,7 +7,7 @@ import { GROOVE, RADIUS, TURN, ball, cloth, grid, tube, turnedKnot } from "./sha
 
 export const FLOOR = -1.12;
 const BASE = [0.6, -0.88], BEVEL = 0.045;
-const TARGET = [0, -0.06, 0], DISTANCE = 7.6, PITCH = 0.2, PITCHES = [0.06, 1.35];
+const TARGET = [0, -0.1, 0], DISTANCE = 7.6, PITCH = 0.2, PITCHES = [0.06, 1.35];
 const FIELD = Math.tan(0.19); // of half the picture's smaller edge
 
 const lift = (shape, scale, up) => (u, v) => shape(u, v).map((x, k) => scale * x + (k === 1 ? up : 0));

@@ -35,7 +35,7 @@ uniform vec3 groove;      // its axis; it lies between two cosines, of which the
 uniform vec2 edges;
 uniform vec3 paper;       // radiance of the ground where nothing stands
 
-const float FLOOR = ${FLOOR.toFixed(4)}, PAPER = 0.3, PLASTIC = 0.03;
+const float FLOOR = ${FLOOR.toFixed(4)}, PAPER = 0.42, PLASTIC = 0.03;
 
 bool behind_sphere(vec3 p, vec3 w, vec4 body) {
   vec3 from = p - body.xyz;
@@ -63,7 +63,7 @@ bool behind_something(vec3 p, vec3 w) {
 // Whether light that leaves the shape in a direction meets the walls of its groove.
 bool in_groove(vec3 p, vec3 w) {
   float q = 1.0 - dot(p, p);
-  if (edges.x > 1.0 || q < 0.01) return false;
+  if (edges.x > 1.0 || q < 0.03) return false;
   float b = dot(p, w), height = dot(p + w * (sqrt(b * b + q) - b), groove);
   return height > edges.x || height < edges.y;
 }
@@ -77,8 +77,15 @@ float open_sky(vec2 at) {
   return 1.0 - min(hidden, 0.9);
 }
 
+// Of the base: dull black plastic.
+float plastic(vec3 n, vec3 wi, vec3 wo) {
+  vec3 h = normalize(wi + wo);
+  float c = dot(n, h), d = c * c * (0.08 - 1.0) + 1.0, fresnel = 0.04 + 0.96 * pow(1.0 - dot(wi, h), 5.0);
+  return PLASTIC / 3.14159265 + 0.08 * fresnel / (3.14159265 * d * d * 4.0 * max(dot(wi, h), 0.1) * max(max(dot(n, wi), dot(n, wo)), 0.2));
+}
+
 float distant(float away) {
-  return mix(1.0, 0.42, smoothstep(0.5, 14.0, away));
+  return mix(1.0, 0.5, smoothstep(1.0, 14.0, away));
 }
 
 // Light toward a point of the shape from a direction whose light without the stage is "sky".
