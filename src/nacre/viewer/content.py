@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from nacre.analytic.model import AnalyticBrdf
 from nacre.array import Image
 from nacre.brdf import Brdf
 from nacre.btf import Btf
@@ -126,7 +127,7 @@ class Content:
             known = _known(brdf)
             if entry.reference and label != entry.reference:
                 known[f"Against {entry.reference}"] = _errors(entry.forms[entry.reference], brdf)
-            form = {"label": label, "known": known}
+            form = {"label": label, "known": known, "kind": _kind(brdf)}
             forms.append(form | self._form(f"{index} {label}", brdf))
         shown = {"name": entry.name[:_LONGEST], "group": entry.group, "known": dict(entry.facts)}
         if self._light is not None:
@@ -213,6 +214,15 @@ def _known(brdf: Brdf) -> dict[str, str]:
         for name, title in _FACTS.items()
         if known.get(name) is not None
     }
+
+
+def _kind(brdf: Brdf) -> str:
+    """How a reflectance is held, in a word."""
+    if isinstance(brdf, NeuralBrdf):
+        return "neural"
+    if not isinstance(brdf, AnalyticBrdf):
+        return "measured"
+    return "standard" if type(brdf).__module__.startswith("nacre.standard") else "analytic"
 
 
 def _errors(reference: Brdf, brdf: Brdf) -> str:

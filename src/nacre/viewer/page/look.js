@@ -1,12 +1,15 @@
-// Modes of the page, and the one that turns a shape in the light.
+// Modes of the page, and the one that shows a material on its stage.
 
-import { made } from "./dom.js";
+import { element, made } from "./dom.js";
 
 const CONVERGED = 64; // frames: noise is about what screens show
 export const LAST = 256; // nothing is seen to change
+const SQUARE = 512; // pixels along an edge of pictures of other modes
+const AREA = 1 << 20, SOFTLY = 1 << 19; // pixels of this one at most, and where software draws
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render/i;
 
 // A word on how far a picture is.
-export const state = (frames, whole = CONVERGED) => (frames < whole ? `${Math.round((100 * frames) / whole)} %` : "converged");
+export const state = (frames, whole = CONVERGED) => (frames < whole ? `refining, ${Math.round((100 * frames) / whole)} %` : "converged");
 
 // What modes share: see app.js.
 export class Mode {
@@ -32,15 +35,31 @@ export class Mode {
 export class Look extends Mode {
   constructor(page, title = "Look") {
     super(page, title);
+    this.staged = title === "Look";
+    if (this.staged) new ResizeObserver(() => this.page.mode === this && this.fit()).observe(element("frame"));
   }
 
   open() {
-    this.page.renderer.change({ stage: true, film: true });
+    if (this.staged) this.fit();
     super.open();
   }
 
+  // As many pixels as the picture has on the screen.
+  fit() {
+    const { renderer, controls } = this.page, { clientWidth, clientHeight } = element("frame"), ratio = window.devicePixelRatio || 1;
+    const wanted = `${clientWidth} ${clientHeight} ${ratio}`;
+    if (wanted === this.fitted || !clientWidth || !clientHeight) return;
+    this.fitted = wanted;
+    const most = software(renderer.gl) ? SOFTLY : AREA;
+    const scale = Math.min(ratio, Math.sqrt(most / (clientWidth * clientHeight)));
+    renderer.resize(...(this.size = [clientWidth, clientHeight].map((length) => Math.max(Math.round(length * scale), 1))));
+    controls.framed();
+  }
+
   close() {
-    this.page.renderer.change({ stage: false, film: false });
+    const { renderer } = this.page;
+    if (`${renderer.size}` === `${this.size}`) renderer.resize(SQUARE, SQUARE);
+    this.fitted = null;
     super.close();
   }
 
@@ -62,4 +81,9 @@ export class Look extends Mode {
     }
     return state(frames);
   }
+}
+
+function software(gl) {
+  const known = gl.getExtension("WEBGL_debug_renderer_info");
+  return SOFTWARE.test(known ? gl.getParameter(known.UNMASKED_RENDERER_WEBGL) : "");
 }

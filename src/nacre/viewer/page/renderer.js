@@ -183,6 +183,25 @@ export class Renderer extends Context {
     return this.read(picture.latest);
   }
 
+  // The numbers of a target once the graphics card has them: waiting for it would freeze the page.
+  async later({ buffer, size: [width, height] }) {
+    const { gl } = this, values = new Float32Array(4 * width * height), held = gl.createBuffer();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, buffer);
+    gl.readBuffer(gl.COLOR_ATTACHMENT0);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, held);
+    gl.bufferData(gl.PIXEL_PACK_BUFFER, values.byteLength, gl.STREAM_READ);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, 0);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
+    const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    while (gl.clientWaitSync(fence, gl.SYNC_FLUSH_COMMANDS_BIT, 0) === gl.TIMEOUT_EXPIRED) await new Promise(requestAnimationFrame);
+    gl.deleteSync(fence);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, held);
+    gl.getBufferSubData(gl.PIXEL_PACK_BUFFER, 0, values);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
+    gl.deleteBuffer(held);
+    return values;
+  }
+
   // Reflectance and `more`, the density of samples, four numbers a pair, of directions with three
   // numbers each.
   values({ glsl, textures = {} }, wi, wo, more = "material_pdf(wi, wo)") {
