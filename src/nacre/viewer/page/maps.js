@@ -15,7 +15,11 @@ export function pixelsOf(bytes, { width, height, levels, steps, floor }) {
     } while (byte > 127);
     return (value >>> 1) ^ -(value & 1);
   };
-  const band = (w, h, step) => Float32Array.from({ length: w * h }, () => step * number());
+  const band = (w, h, step) => {
+    const found = new Float32Array(w * h);
+    for (let k = 0; k < found.length; k++) found[k] = step * number();
+    return found;
+  };
   const [green, red, blue] = steps.map((step) => {
     let w = width >> levels, h = height >> levels, values = band(w, h, step);
     for (let level = 0; level < levels; level++) {
@@ -28,8 +32,12 @@ export function pixelsOf(bytes, { width, height, levels, steps, floor }) {
     return values;
   });
   const pixels = new Float32Array(3 * width * height);
-  for (let k = 0; k < green.length; k++)
-    [red[k], 0, blue[k]].forEach((ratio, c) => (pixels[3 * k + c] = Math.max(2 ** (green[k] + ratio) - floor, 0)));
+  for (let k = 0; k < green.length; k++) {
+    const light = 2 ** green[k];
+    pixels[3 * k] = Math.max(light * 2 ** red[k] - floor, 0);
+    pixels[3 * k + 1] = Math.max(light - floor, 0);
+    pixels[3 * k + 2] = Math.max(light * 2 ** blue[k] - floor, 0);
+  }
   return pixels;
 }
 

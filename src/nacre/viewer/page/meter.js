@@ -9,7 +9,7 @@ import { HEAD, WHOLE } from "./webgl.js";
 
 const SIZE = 24, FRAMES = 8; // of a small sphere
 const UPRIGHT = [1, 0, 0, 0, 1, 0, 0, 0, 1];
-const NONE = { irradiance: [0, 0, 0], lamp: [0, 0, 1, 0], rotation: 0, surroundings: 1, staged: false, eye: [0, 0, 1, 0] };
+const NONE = { irradiance: [0, 0, 0], lamp: [0, 0, 1, 0], spin: [1, 0], surroundings: 1, staged: false, eye: [0, 0, 1, 0] };
 
 const GAIN = `${HEAD}
 uniform sampler2D sums;

@@ -99,7 +99,7 @@ export class Renderer extends Context {
     for (const picture of this.pictures) {
       picture.latest = this.added(picture.sums, this.frames, picture.program, {
         normals, tangents, points, ...this.environment, ...picture.textures, ...around,
-        drawn: this.drawn, pairs, rotation, lamp, irradiance, surroundings,
+        drawn: this.drawn, pairs, spin: [Math.cos(rotation), Math.sin(rotation)], lamp, irradiance, surroundings,
       });
     }
     this.frames += 1;

@@ -68,7 +68,7 @@ ${STAGE}
 uniform sampler2D before, normals, tangents, points, texels, toward, radiance;
 uniform uint drawn;       // pairs of directions that earlier frames drew
 uniform int pairs;        // that this frame draws
-uniform float rotation;   // of the environment about +y
+uniform vec2 spin;        // cosine and sine of the environment's rotation about +y
 uniform vec4 lamp;        // where it is, or toward it where the fourth number is 0
 uniform vec3 irradiance;  // of the lamp at distance 1, or across its rays
 uniform float surroundings;
@@ -81,9 +81,8 @@ uint scattered(uint x) {  // PCG of O'Neill 2014
   return (x >> 22u) ^ x;
 }
 
-vec3 turned(vec3 w, float by) {
-  float c = cos(by), s = sin(by);
-  return vec3(c * w.x + s * w.z, w.y, c * w.z - s * w.x);
+vec3 turned(vec3 w, vec2 by) {
+  return vec3(by.x * w.x + by.y * w.z, w.y, by.x * w.z - by.y * w.x);
 }
 
 vec4 texel(ivec2 at, ivec2 size) {
@@ -92,7 +91,7 @@ vec4 texel(ivec2 at, ivec2 size) {
 
 // Radiance from a direction, and the density with which it is drawn.
 vec4 seen(vec3 w) {
-  vec3 d = turned(w, -rotation);
+  vec3 d = turned(w, vec2(spin.x, -spin.y));
   ivec2 size = textureSize(texels, 0);
   vec2 at = vec2(atan(d.x, -d.z) / (2.0 * PI) * float(size.x) - 0.5,
                  acos(clamp(d.y, -1.0, 1.0)) / PI * float(size.y - 1));
@@ -131,7 +130,7 @@ vec3 matte(vec3 p, vec3 n, bool floor, uint first, uint many) {
   vec3 total = floor ? paper * float(pairs) : vec3(0.0);
   for (int k = 0; k < pairs; k++) {
     vec4 found = drawn_light(first, drawn + uint(k), many);
-    vec3 w = turned(found.xyz, rotation);
+    vec3 w = turned(found.xyz, spin);
     float cosine = dot(w, n);
     if (cosine <= 0.0) continue;
     bool hidden = floor ? behind_something(p, w) : bodied > 0 && behind_sphere(p, w, bodies[0]);
@@ -177,7 +176,7 @@ void main() {
       vec4 light;
       if ((k & 1) == 0) {
         vec4 found = drawn_light(first, index, many);
-        wi = turned(found.xyz, rotation) * local;
+        wi = turned(found.xyz, spin) * local;
         if (wi.z <= 0.0) continue;
         light = vec4(drawn_radiance(first, index, many), found.w);
       } else {

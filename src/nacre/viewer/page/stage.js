@@ -16,17 +16,17 @@ const CLOTH_SCALE = 1.2, CLOTH_UP = -0.3;
 
 // {mesh, bodies, base, groove}: the groove is the axis of a ball and cosines of its edges.
 export const STAGED = {
-  sphere: { mesh: () => grid(192, 96, (u, v) => round(u, v)), bodies: [[0, 0, 0, 1]], base: BASE },
+  sphere: { mesh: () => grid(112, 56, round), bodies: [[0, 0, 0, 1]], base: BASE },
   ball: {
-    mesh: () => grid(192, 384, (u, v) => ball(u, v).map((x) => x / RADIUS)),
+    mesh: () => grid(112, 96, (u, v) => ball(u, closer(v)).map((x) => x / RADIUS)),
     bodies: [[0, 0, 0, 1]], base: BASE, groove: [...axis(), ...GROOVE.map(Math.cos)],
   },
   cloth: {
-    mesh: () => grid(200, 200, lift(cloth, CLOTH_SCALE, CLOTH_UP)),
+    mesh: () => grid(120, 120, lift(cloth, CLOTH_SCALE, CLOTH_UP)),
     bodies: [], base: [0.5, 0.36 * CLOTH_SCALE + CLOTH_UP - 0.03],
   },
   knot: {
-    mesh: () => grid(384, 32, lift(tube, KNOT_SCALE, KNOT_UP)),
+    mesh: () => grid(256, 24, lift(tube, KNOT_SCALE, KNOT_UP)),
     bodies: Array.from({ length: LINKS }, (_, k) => {
       const [x, y, z] = turnedKnot((TURN * k) / LINKS);
       return [KNOT_SCALE * x, KNOT_SCALE * y + KNOT_UP, KNOT_SCALE * z, 0.17 * KNOT_SCALE];
@@ -40,13 +40,20 @@ function round(u, v) {
   return [Math.sin(theta) * Math.sin(phi), Math.cos(theta), Math.sin(theta) * Math.cos(phi)];
 }
 
+// Rows of the ball's mesh are dense where it bends: software draws few triangles sooner.
+function closer(v) {
+  const places = [[0, 0], [0.3, 0.55], [0.7, 0.69], [1, 1]], k = v < 0.3 ? 0 : v < 0.7 ? 1 : 2;
+  const [[a, from], [b, to]] = [places[k], places[k + 1]];
+  return from + ((to - from) * (v - a)) / (b - a);
+}
+
 // The pole of the ball's groove.
 function axis() {
   return ball(0, 1).map((x) => x / RADIUS);
 }
 
 // A cylinder with a rounded edge.
-export const baseOf = ([radius, top]) => grid(128, 24, (u, v) => {
+export const baseOf = ([radius, top]) => grid(80, 20, (u, v) => {
   const phi = TURN * u, bend = Math.min(Math.max((v - 0.3) / 0.4, 0), 1) * (Math.PI / 2);
   const down = Math.max(0.3 - v, 0) / 0.3, inward = Math.max(v - 0.7, 0) / 0.3;
   const out = (radius - BEVEL + BEVEL * Math.cos(bend)) * (1 - 0.999 * inward);
