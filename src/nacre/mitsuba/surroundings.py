@@ -1,7 +1,8 @@
 """The package's other environments, each computed from formulas at run time.
 
-Maps are exposed, and 512 x 256 unless other numbers of rows are asked for. A camera's full white
-balance would take the warmth from an evening: colors are balanced halfway where people expect colored light, and fully elsewhere.
+Maps are exposed, and 512 x 256 unless another number of rows is asked for. A camera's full white
+balance would take the warmth from an evening: colors are balanced halfway where people expect
+colored light, and fully elsewhere.
 """
 
 from __future__ import annotations

@@ -280,4 +280,3 @@ def _smaller(pixels: Image) -> Image:
             x = np.round(columns + dx * pixels.shape[1] / width).astype(int) % pixels.shape[1]
             total += pixels[y[:, None], x]
     return np.asarray(total / factor**2, np.float32)
-

@@ -1,8 +1,8 @@
 """Environments in few bytes, for pages: wavelets of logarithms, as `page/maps.js` reads them.
 
 A map's green light and the ratios of red and blue to it become logarithms to base 2, over which the
-lifting scheme of CDF 9/7 wavelets runs (Daubechies and Sweldens 1998), around rows and mirrored at the
-poles. Rounded coefficients are variable-length bytes, band by band, which pages compress well.
+lifting scheme of CDF 9/7 wavelets runs (Daubechies and Sweldens 1998), around rows and mirrored at
+the poles. Rounded coefficients are variable-length bytes, band by band, which pages compress well.
 """
 
 from __future__ import annotations

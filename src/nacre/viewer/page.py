@@ -65,7 +65,8 @@ def document(
         if re.search("</(script|style)", part, re.IGNORECASE):
             raise ValueError("a script or style would end within itself")
     policy = (
-        f"default-src 'none'; script-src '{_hash(boot)}' '{_hash(code)}' blob:; style-src '{_hash(style)}'; "
+        f"default-src 'none'; script-src '{_hash(boot)}' '{_hash(code)}' blob:; "
+        f"style-src '{_hash(style)}'; "
         "img-src data: blob:; worker-src blob:; base-uri 'none'; form-action 'none'"
     )
     filled = {

@@ -94,7 +94,7 @@ export class Controls {
   // Whether the mode has a stage and a choice of tones.
   staged(has = false) {
     const { stage, curve } = this.values;
-    this.page.scene({ stage: has && stage === "on", film: has && curve === "film" });
+    this.page.renderer.change({ stage: has && stage === "on", film: has && curve === "film" });
     this.framed();
   }
 

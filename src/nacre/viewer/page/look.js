@@ -49,8 +49,9 @@ export class Look extends Mode {
     const { renderer, controls } = this.page, { clientWidth, clientHeight } = element("frame"), ratio = window.devicePixelRatio || 1;
     const wanted = `${clientWidth} ${clientHeight} ${ratio}`;
     if (wanted === this.fitted || !clientWidth || !clientHeight) return;
-    this.fitted = wanted;
-    const most = software(renderer.gl) ? SOFTLY : AREA;
+    Object.assign(this, { fitted: wanted, whole: null });
+    this.soft = software(renderer.gl);
+    const most = this.soft ? SOFTLY : AREA;
     const scale = Math.min(ratio, Math.sqrt(most / (clientWidth * clientHeight)));
     renderer.resize(...(this.size = [clientWidth, clientHeight].map((length) => Math.max(Math.round(length * scale), 1))));
     controls.framed();
@@ -58,6 +59,7 @@ export class Look extends Mode {
 
   close() {
     const { renderer } = this.page;
+    this.refine();
     if (`${renderer.size}` === `${this.size}`) renderer.resize(SQUARE, SQUARE);
     this.fitted = null;
     super.close();
@@ -69,9 +71,28 @@ export class Look extends Mode {
     page.renderer.show(page.materials.shown(page.form));
   }
 
+  // Where software draws, a picture begins with one of a quarter of its pixels, and stays there while it
+  // is turned.
+  sketch() {
+    const { renderer } = this.page, { size } = renderer;
+    if (this.whole && `${size}` !== `${this.half}`) this.whole = null; // resized by others
+    if (renderer.frames) return this.refine();
+    if (this.whole) return;
+    this.half = size.map((length) => Math.ceil(length / 2));
+    renderer.resize(...this.half);
+    this.whole = size;
+  }
+
+  // All pixels, from the first frame on.
+  refine() {
+    if (this.whole) this.page.renderer.resize(...this.whole);
+    this.whole = null;
+  }
+
   // One more frame if it helps; returns a word on how far the picture is.
   draw() {
     const { renderer } = this.page;
+    if (this.staged && this.soft) this.sketch();
     if (renderer.frames < LAST) renderer.frame();
     // Smoothing takes as long as a frame where software draws: later frames are shown less often.
     const { frames } = renderer, due = frames < 4 || frames === LAST || frames >= 1.25 * this.shown;

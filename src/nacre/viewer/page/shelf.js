@@ -53,8 +53,15 @@ export class Shelf {
   select(k) {
     this.items.forEach((item, at) => item.setAttribute("aria-selected", `${at === k}`));
     this.list.setAttribute("aria-activedescendant", this.items[k].id);
-    this.items[k].scrollIntoView({ block: "nearest" });
+    this.reveal(this.items[k]);
     this.selected = k;
+  }
+
+  // Scroll the list, and only the list: on a narrow page the picture stays in sight.
+  reveal(item) {
+    const list = this.list.getBoundingClientRect(), own = item.getBoundingClientRect();
+    const by = (low, high, first, last) => Math.min(low - first, 0) + Math.max(high - last, 0);
+    this.list.scrollBy(by(own.left, own.right, list.left, list.right), by(own.top, own.bottom, list.top, list.bottom));
   }
 
   step(step) {
