@@ -16,7 +16,7 @@ from tests.tiers import tiered
 from tests.viewer.tab import Tab, page
 from tests.viewer.test_page import EXAMPLES, Entry
 
-BYTES = 100_000
+BYTES = 110_000
 """For all of the package's maps together, gzipped."""
 
 PIXELS = """(k) => {

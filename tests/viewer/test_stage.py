@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nacre.analytic import Lambert
+from nacre.analytic.lambert import Lambert
 from nacre.array import Floats
 from nacre.mitsuba.environment import Environment
 from nacre.mitsuba.studio import studio
@@ -55,8 +55,8 @@ GAIN = """() => {
 @cache
 def content() -> bytes:
     entries = [
-        Entry("Gray", {"Lambert": Lambert((0.5, 0.5, 0.5))}),
-        Entry("Black", {"Lambert": Lambert((0.02, 0.02, 0.02))}),
+        Entry("Gray", {"Lambert": Lambert(diffuse=(0.5, 0.5, 0.5))}),
+        Entry("Black", {"Lambert": Lambert(diffuse=(0.02, 0.02, 0.02))}),
         Entry("Metal", {"openpbr": EXAMPLES["openpbr"]}),
     ]
     return page("Stage", entries, [studio(MAP_SIZE[1])])

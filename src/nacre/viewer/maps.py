@@ -12,7 +12,7 @@ import numpy as np
 from nacre.array import Floats, Image
 
 LEVELS = 6
-_STEPS = 1 / 20, 1 / 8, 1 / 8
+_STEPS = 1 / 20, 1 / 14, 1 / 14
 """In octaves, of green and of the ratios: errors are about a third of them."""
 _FLOOR = 2.0**-10
 """Of the mean light, below which a map counts as black."""

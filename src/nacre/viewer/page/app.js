@@ -59,7 +59,7 @@ export class Page {
       ["x", "Save its light (EXR)", () => sharing.exr(), "x"],
       ["t", "Dark or light page", () => theme.turn(), "t"],
       ["?", "This list", () => keys.show(), "?"],
-    ]);
+    ], () => address.settle());
     element("actions").append(
       sharing.said, button("Copy link", () => sharing.copy()), button("Save picture", () => sharing.png(), { title: "PNG with its caption" }),
       button("Save EXR", () => sharing.exr(), { title: "Linear light, before exposure and tones" }), button("Undo", undo));

@@ -5,9 +5,9 @@ import { attempt, button, made } from "./dom.js";
 const TYPING = "input, select, textarea, [contenteditable], dialog";
 
 // `actions` are [keys, words, what to do with the key that was pressed]; they are left to the browser
-// where something is typed, chosen or held with Ctrl, Alt or Meta.
+// where something is typed, chosen or held with Ctrl, Alt or Meta. `before` is called before each.
 export class Keys {
-  constructor(actions) {
+  constructor(actions, before) {
     const rows = actions.map(([, words, , shown]) => [made("dt", {}, ...shown.split(" ").flatMap((key) => [made("kbd", {}, key), " "])), made("dd", {}, words)]);
     const close = button("Close", () => this.dialog.close());
     this.dialog = made("dialog", { id: "keys", "aria-labelledby": "keys-title" },
@@ -20,7 +20,10 @@ export class Keys {
       const found = actions.find(([keys]) => keys.includes(key));
       if (!found) return;
       event.preventDefault();
-      attempt(() => found[2](key));
+      attempt(() => {
+        before();
+        return found[2](key);
+      });
     });
   }
 
