@@ -75,7 +75,8 @@ export class Renderer extends Context {
       toward: this.texture([edge, edge], toward),
       radiance: this.texture([edge, edge], radiance),
     };
-    this.floor = floor;
+    this.floor = floor.map((each) => (PAPER * each) / Math.PI);
+    this.paper = 0.2126 * this.floor[0] + 0.7152 * this.floor[1] + 0.0722 * this.floor[2];
     this.meter.forget();
     this.restart();
   }
@@ -131,7 +132,7 @@ export class Renderer extends Context {
     return {
       ...values, staged: true, bodies: [...whole.flat(), ...Array(4 * (BODIES - bodies.length)).fill(0)], bodied: bodies.length, base,
       groove: turned(values.turn, [[x, y, z, 0]])[0].slice(0, 3), edges,
-      paper: this.floor.map((light) => (surroundings * PAPER * light) / Math.PI),
+      paper: this.floor.map((light) => surroundings * light),
     };
   }
 
@@ -158,7 +159,7 @@ export class Renderer extends Context {
   present(sum = this.pictures[0].latest, count = this.drawn) {
     const { exposure, ground, backing, film, stage } = this.scene;
     this.stale = false;
-    const gains = stage ? this.meter.of(this.pictures[0], this.environment) : this.meter.one;
+    const gains = stage ? this.meter.of(this.pictures[0], this.environment, this.paper) : this.meter.one;
     const shown = stage ? this.smoothing.of(sum, this.points.textures[0], count, { exposure, gains }) : sum;
     this.fill(null, this.program(WHOLE, SHOWN), { sums: shown.textures[0], gains, exposure, ground, backing, film, count });
   }

@@ -41,9 +41,10 @@ float alike(vec3 a, vec3 b) {
 
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy), end = textureSize(sums, 0) - 1;
-  // Bounded at first, so that no single bright direction spreads; the fourth number is what is seen.
+  // Bounded at first, so that no single bright direction spreads, and not negative, as few shadow rays
+  // may make it; the fourth number is what is seen.
   if (first) {
-    vec3 c = raw(at);
+    vec3 c = max(raw(at), 0.0);
     color = vec4(c / (1.0 + dot(c, LUMA)), texelFetch(normals, at, 0).w);
     return;
   }

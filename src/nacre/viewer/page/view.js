@@ -19,7 +19,7 @@ const LAMP = "lamp"; // the light that is a lamp alone
 export const VIEWED = ["shape", "light", "exposure", "rotation", "turn", "curve", "stage"];
 
 // Here a picture is a sphere on nothing, unless told otherwise.
-const FIRST = { ...initial(), shape: "sphere", stage: "off", curve: "plain" };
+const UNLESS_TOLD = { ...initial(), shape: "sphere", stage: "off", curve: "plain" };
 
 const STYLE = `
 :host { display: inline-block; position: relative; box-sizing: border-box; width: 256px; max-width: 100%; aspect-ratio: 1; overflow: hidden; }
@@ -154,7 +154,7 @@ export class View {
   set(name, text) {
     this.say(name, "");
     try {
-      const { parse } = SETTINGS[name], value = text.trim() ? parse(text.trim()) : FIRST[name];
+      const { parse } = SETTINGS[name], value = text.trim() ? parse(text.trim()) : UNLESS_TOLD[name];
       this.touch(this[name](value));
     } catch (error) {
       this.say(name, error.message);
