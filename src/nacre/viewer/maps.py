@@ -77,4 +77,4 @@ def _varints(numbers: np.ndarray) -> bytes:
         columns.append(np.where(left > 127, left & 127 | 128, left & 127).astype(np.uint8))
         used.append(more)
         more, left = more & (left > 127), left >> 7
-    return np.stack(columns, 1)[np.stack(used, 1)].tobytes()
+    return bytes(np.stack(columns, 1)[np.stack(used, 1)])
