@@ -251,4 +251,4 @@ def test_keys_and_pointer_move_the_wipe(compare: Tab) -> None:
     assert handle.is_hidden()
     compare.page.get_by_role("tab", name="Look").click()
     assert compare.page.locator("#captions").is_hidden()
-    assert compare.page.evaluate("window.page.renderer.canvas.width") == SIZE
+    assert compare.page.evaluate("page.renderer.canvas.width === page.renderer.size[0]")

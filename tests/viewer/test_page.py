@@ -123,7 +123,7 @@ def test_light_turns_brightens_and_has_a_lamp(tab: Tab) -> None:
     assert changes(tab, lambda: tab.page.get_by_label("Exposure").fill("-2"))
     assert not tab.page.locator("#lamp").is_visible()
     assert changes(
-        tab, lambda: tab.page.locator("#controls").get_by_label("Light").select_option("none")
+        tab, lambda: tab.page.locator("#controls").get_by_label("Light").select_option("lamp")
     )
     lamp = tab.page.locator("#lamp")
     assert lamp.is_visible()

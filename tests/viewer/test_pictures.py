@@ -17,7 +17,7 @@ from nacre.color import tone_map
 from nacre.mitsuba.environment import Environment
 from nacre.mitsuba.studio import studio
 from nacre.neural import Recipe
-from nacre.viewer.content import MAP_SIZE, Entry
+from nacre.viewer.content import Entry
 from tests.analytic.materials import EXAMPLES
 from tests.oracles.pictures import rendered as rendered_by_mitsuba
 from tests.oracles.runners import browser
@@ -26,6 +26,7 @@ from tests.variants import require_mitsuba
 from tests.viewer.tab import Tab, page
 
 SIZE, FRAMES = 32, 128
+MAP_SIZE = 192, 96
 CHOSEN = "ggx", "openpbr", "gltf", "principled", "disney-anisotropic", "closures"
 FITTED = {"network": "paper", "smooth network": "enhanced"}
 MATERIALS = *CHOSEN, *FITTED
@@ -35,8 +36,8 @@ RENDER = """([material, light, change, size, frames]) => {
   const { renderer, controls, materials } = window.page;
   window.page.loop = () => {};
   controls.light(light);
-  const plain = { still: true, irradiance: [0, 0, 0], surroundings: 1, shape: "sphere" };
-  renderer.change({ ...plain, ...change });
+  const plain = { still: true, irradiance: [0, 0, 0], surroundings: 1 };
+  renderer.change({ ...plain, shape: "sphere", stage: false, film: false, ...change });
   renderer.resize(size, size);
   renderer.show(materials.shown(materials.list[material].forms[0]));
   for (let k = 0; k < frames; k++) renderer.frame();
@@ -68,7 +69,7 @@ def tab(chromium: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab
     furnace = Environment(np.ones((2, 4, 3), np.float32), "Furnace")
     entries = [Entry(name, {"Only": material(name)}) for name in MATERIALS]
     with Tab(chromium, tmp_path_factory.mktemp("pictures")) as opened:
-        opened.open(page("Pictures", entries, [studio(), furnace]))
+        opened.open(page("Pictures", entries, [studio(MAP_SIZE[1]), furnace]))
         yield opened
 
 

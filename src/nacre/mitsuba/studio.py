@@ -15,7 +15,8 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.mitsuba.environment import Environment, balanced, pixel_directions
 
-HEIGHT, WIDTH = 256, 512
+HEIGHT = 256
+"""Rows of the package's environments, which are twice as wide."""
 
 
 _ZENITH = (0.17, 0.26, 0.42)
@@ -86,8 +87,8 @@ def mix(a: npt.ArrayLike, b: npt.ArrayLike, t: Floats) -> Floats:
 
 
 @functools.cache
-def studio() -> Environment:
-    """The procedural environment: 512 x 256, exposed, and neutral.
+def studio(rows: int = HEIGHT) -> Environment:
+    """The procedural environment, by default 512 x 256: exposed, and neutral.
 
     Its parts, as seen by a viewer who looks along -z with the lamps behind:
 
@@ -98,7 +99,7 @@ def studio() -> Environment:
 
     Colors are balanced so that a white Lambertian sphere seen from +z is white on average.
     """
-    directions, _ = pixel_directions(HEIGHT, WIDTH)
+    directions, _ = pixel_directions(rows, 2 * rows)
     height = directions[..., 1:2]
     sun = np.asarray(_SUN) / np.linalg.norm(_SUN)
     toward_sun = directions @ sun

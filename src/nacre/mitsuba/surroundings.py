@@ -1,7 +1,8 @@
 """The package's other environments, each computed from formulas at run time.
 
-Maps are 512 x 256 and exposed. A camera's full white balance would take the warmth from an evening:
-colors are balanced halfway where people expect colored light, and fully elsewhere.
+Maps are exposed, and 512 x 256 unless another number of rows is asked for. A camera's full white
+balance would take the warmth from an evening: colors are balanced halfway where people expect
+colored light, and fully elsewhere.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.mitsuba.environment import Environment, balanced, pixel_directions
-from nacre.mitsuba.studio import HEIGHT, WIDTH, mix, smoothstep, studio
+from nacre.mitsuba.studio import HEIGHT, mix, smoothstep, studio
 
 
 def _waves(x: Floats, y: Floats, octaves: int, turn: float) -> Floats:
@@ -51,13 +52,13 @@ def _overhead(directions: Floats) -> tuple[Floats, Floats]:
 
 
 @functools.cache
-def overcast() -> Environment:
+def overcast(rows: int = HEIGHT) -> Environment:
     """A field under a closed layer of clouds: soft light from above, no shadows, neutral.
 
     The sky is the CIE standard overcast sky (ISO 15469:2004, type 1), three times as bright at the
     zenith as at the horizon, with faint clouds; the ground reflects a fifth of its light.
     """
-    directions, _ = pixel_directions(HEIGHT, WIDTH)
+    directions, _ = pixel_directions(rows, 2 * rows)
     height = directions[..., 1:2]
     x, z = _overhead(directions)
     clouds = _waves(2.2 * x, 2.2 * z, 5, 0.4)[..., None]
@@ -76,14 +77,14 @@ _LATE_RADIUS = math.radians(2.2)
 
 
 @functools.cache
-def late_sun() -> Environment:
+def late_sun(rows: int = HEIGHT) -> Environment:
     """Open country with the sun low on the viewer's left: warm light, a sky that turns blue.
 
     The sun stands 10 degrees high, with a soft edge at a radius of 2.2 degrees, and gives half as
     much light as the sky. The sky is orange near it, pink opposite and blue overhead, with low
     bands of cloud.
     """
-    directions, _ = pixel_directions(HEIGHT, WIDTH)
+    directions, _ = pixel_directions(rows, 2 * rows)
     height = directions[..., 1:2]
     up = np.clip(height, 0.0, 1.0)
     sun = np.asarray(_LATE_SUN) / np.linalg.norm(_LATE_SUN)
@@ -127,13 +128,13 @@ _BOUNCED = 0.11  # light on the walls from other walls, as a radiance on white
 
 
 @functools.cache
-def room() -> Environment:
+def room(rows: int = HEIGHT) -> Environment:
     """A living room: daylight through a window on the left, two warm lamps, a wooden floor.
 
     The window and the lamps light the walls (Lambert's law, without shadows); light between walls
     is a constant.
     """
-    directions, _ = pixel_directions(HEIGHT, WIDTH)
+    directions, _ = pixel_directions(rows, 2 * rows)
     low, high = _ROOM
     directions = np.where(np.abs(directions) < 1e-6, 1e-6, directions)
     reach = np.where(directions > 0.0, high, low) / directions
@@ -198,7 +199,7 @@ def _lit(points: Floats, normals: Floats) -> Floats:
     return total
 
 
-ENVIRONMENTS: Mapping[str, Callable[[], Environment]] = {
+ENVIRONMENTS: Mapping[str, Callable[..., Environment]] = {
     "studio": studio,
     "overcast": overcast,
     "late sun": late_sun,

@@ -8,13 +8,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from nacre.mitsuba.environment import Environment
-from nacre.mitsuba.surroundings import ENVIRONMENTS
 from nacre.neural.inputs import ENHANCED, PAPER, RECIPROCAL, input_count
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, NeuralBrdf
 from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
 from nacre.sampling import GgxLobe, GgxMixture
 from nacre.sampling.parametrizations import MixtureParametrization
-from nacre.viewer.content import Content
+from nacre.viewer.content import Content, own_environments
 from nacre.viewer.page import packed, script
 
 
@@ -27,7 +26,7 @@ def component(environments: Sequence[Environment] | None = None) -> bytes:
     raises ValueError.
     """
     if environments is None:
-        environments = [made() for made in ENVIRONMENTS.values()]
+        environments = own_environments()
     if not environments:
         raise ValueError("a component needs an environment")
     content = Content(environments, thumbnails=False, tabulate=False)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from nacre.analytic.model import AnalyticBrdf
 from nacre.array import Image
 from nacre.brdf import Brdf
 from nacre.btf import Btf
@@ -19,18 +20,26 @@ from nacre.metrics import compare
 from nacre.mitsuba.environment import Environment
 from nacre.mitsuba.lights import EnvironmentLight, Light
 from nacre.mitsuba.sphere import render_sphere
+from nacre.mitsuba.surroundings import ENVIRONMENTS
 from nacre.neural.file import encode
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.runtime.progress import Progress, silent
 from nacre.targets.glsl import Glsl
 from nacre.targets.textures import HeightField
+from nacre.viewer.maps import coded
 from nacre.viewer.page import PAGE, document
 from nacre.viewer.programs import NAME, input_sources, key_of, sampler_source, template
 from nacre.viewer.tables import SAMPLER, as_table, tabulated
 from nacre.viewer.textures import GLSL, PageTexture, formulas, from_above, relief
 
-MAP_SIZE = 192, 96
-"""Pixels of a page's environment, width first."""
+MAP_SIZE = 1024, 512
+"""Pixels of a page's environments, width first; smaller ones stay as they are."""
+
+
+def own_environments() -> list[Environment]:
+    """The package's environments, as large as a page's."""
+    return [made(MAP_SIZE[1]) for made in ENVIRONMENTS.values()]
+
 
 _THUMBNAIL = 96  # pixels along an edge
 _QUALITY = 80
@@ -118,7 +127,7 @@ class Content:
             known = _known(brdf)
             if entry.reference and label != entry.reference:
                 known[f"Against {entry.reference}"] = _errors(entry.forms[entry.reference], brdf)
-            form = {"label": label, "known": known}
+            form = {"label": label, "known": known, "kind": _kind(brdf)}
             forms.append(form | self._form(f"{index} {label}", brdf))
         shown = {"name": entry.name[:_LONGEST], "group": entry.group, "known": dict(entry.facts)}
         if self._light is not None:
@@ -193,13 +202,9 @@ class Content:
         return {"file": self.part(f"file {name}", encode(brdf))}
 
     def _add_environment(self, environment: Environment) -> None:
-        name = self.part(
-            f"environment {len(self.facts['environments'])}",
-            _shared_exponents(_smaller(environment.exposed().pixels)),
-        )
-        width, height = MAP_SIZE
-        shown = {"name": environment.name, "part": name, "width": width, "height": height}
-        self.facts["environments"].append(shown)
+        content, facts = coded(_smaller(environment.exposed().pixels))
+        name = self.part(f"environment {len(self.facts['environments'])}", content)
+        self.facts["environments"].append({"name": environment.name, "part": name} | facts)
 
 
 def _known(brdf: Brdf) -> dict[str, str]:
@@ -209,6 +214,15 @@ def _known(brdf: Brdf) -> dict[str, str]:
         for name, title in _FACTS.items()
         if known.get(name) is not None
     }
+
+
+def _kind(brdf: Brdf) -> str:
+    """How a reflectance is held, in a word."""
+    if isinstance(brdf, NeuralBrdf):
+        return "neural"
+    if not isinstance(brdf, AnalyticBrdf):
+        return "measured"
+    return "standard" if type(brdf).__module__.startswith("nacre.standard") else "analytic"
 
 
 def _errors(reference: Brdf, brdf: Brdf) -> str:
@@ -253,6 +267,8 @@ def _smaller(pixels: Image) -> Image:
     Rows have equal weights.
     """
     width, height = MAP_SIZE
+    if pixels.shape[1] <= width and len(pixels) <= height:
+        return pixels
     rows = np.linspace(0.0, len(pixels) - 1.0, height)
     columns = (np.arange(width) + 0.5) * pixels.shape[1] / width - 0.5
     factor = max(1, round(len(pixels) / height))
@@ -264,12 +280,3 @@ def _smaller(pixels: Image) -> Image:
             x = np.round(columns + dx * pixels.shape[1] / width).astype(int) % pixels.shape[1]
             total += pixels[y[:, None], x]
     return np.asarray(total / factor**2, np.float32)
-
-
-def _shared_exponents(pixels: Image) -> bytes:
-    """Linear RGB as bytes with one exponent for three colors (Ward 1991), plane by plane."""
-    largest = np.maximum(pixels.max(axis=2), 1e-30)
-    exponent = np.clip(np.ceil(np.log2(largest * (256.0 / 255.5))), -128, 127)
-    scaled = np.clip(np.round(pixels * 2.0 ** (8.0 - exponent)[..., None]), 0, 255)
-    planes = [*np.moveaxis(scaled, 2, 0), exponent + 128.0]
-    return b"".join(plane.astype(np.uint8).tobytes() for plane in planes)

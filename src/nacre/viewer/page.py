@@ -1,7 +1,8 @@
 """The page as one file: markup, style and scripts from the folder `page`, and its content.
 
-The page loads nothing, and its content security policy allows nothing else: one script and one
-style, by their hashes, and workers and pictures that the script makes.
+The page loads nothing, and its content security policy allows nothing else: one style and two
+scripts by their hashes, of which the first unpacks the second, and workers and pictures that it
+makes.
 """
 
 from __future__ import annotations
@@ -44,6 +45,10 @@ def packed(facts: Mapping[str, Any], parts: Mapping[str, bytes]) -> bytes:
     return base64.b64encode(gathered(facts, parts))
 
 
+def _base64(content: bytes) -> str:
+    return base64.b64encode(gzip.compress(content, 9, mtime=0)).decode()
+
+
 def document(
     title: str,
     facts: Mapping[str, Any],
@@ -55,19 +60,21 @@ def document(
     The title is shown as text, whatever it contains; `files` is :data:`PAGE` or :data:`SPHERE`.
     """
     markup, style = ((_FOLDER / name).read_text("utf-8") for name in files[:2])
-    code = script(files[2])
-    for part in (code, style):
+    boot, code = script("boot"), script(files[2])
+    for part in (boot, style):
         if re.search("</(script|style)", part, re.IGNORECASE):
             raise ValueError("a script or style would end within itself")
     policy = (
-        f"default-src 'none'; script-src '{_hash(code)}' blob:; style-src '{_hash(style)}'; "
+        f"default-src 'none'; script-src '{_hash(boot)}' '{_hash(code)}' blob:; "
+        f"style-src '{_hash(style)}'; "
         "img-src data: blob:; worker-src blob:; base-uri 'none'; form-action 'none'"
     )
     filled = {
         "POLICY": html.escape(policy),
         "TITLE": html.escape(title),
         "STYLE": style,
-        "SCRIPT": code,
+        "BOOT": boot,
+        "CODE": _base64(code.encode()),
         "DATA": packed(facts, parts).decode(),
     }
     return re.sub(r"NACRE_([A-Z]+)", lambda found: filled[found[1]], markup).encode()

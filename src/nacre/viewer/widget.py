@@ -13,8 +13,7 @@ from typing import Any
 
 from nacre.brdf import Brdf
 from nacre.errors import require
-from nacre.mitsuba.surroundings import ENVIRONMENTS
-from nacre.viewer.content import Content, Entry
+from nacre.viewer.content import Content, Entry, own_environments
 from nacre.viewer.page import gathered, script
 
 
@@ -61,7 +60,7 @@ def content_of(brdf: Brdf) -> bytes:
 
     Raises NacreError as :meth:`nacre.viewer.content.Content.add` does.
     """
-    content = Content([made() for made in ENVIRONMENTS.values()], thumbnails=False, tabulate=False)
+    content = Content(own_environments(), thumbnails=False, tabulate=False)
     content.add(Entry(brdf.name, {type(brdf).__name__: brdf}))
     return gathered(content.facts, content.parts)
 

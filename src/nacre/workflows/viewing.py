@@ -15,12 +15,11 @@ from nacre.io.files import PathLike
 from nacre.io.names import stem
 from nacre.io.packed import inner_names
 from nacre.mitsuba.environment import Environment
-from nacre.mitsuba.surroundings import ENVIRONMENTS
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.runtime.progress import Progress, silent
 from nacre.targets.textures import HeightField
 from nacre.targets.textures.atlas import encoded
-from nacre.viewer.content import Content, Entry
+from nacre.viewer.content import Content, Entry, own_environments
 from nacre.viewer.space import add_space
 from nacre.workflows.sources import Source, files_below, gather
 
@@ -179,7 +178,7 @@ def page_content(
     NacreError
         If there is no material, a page cannot show one, or `heights` or `mapped` cannot be used.
     """
-    content = Content(environments or [make() for make in ENVIRONMENTS.values()])
+    content = Content(environments or own_environments())
     entries: list[Entry] = []
     textures: list[Texture] = []
     for material in materials:

@@ -1,23 +1,32 @@
 // The page: what it holds, what is chosen, and the mode that shows it.
 
+import { Address, sceneOf, textsOf } from "./address.js";
 import { Compare } from "./compare.js";
 import { Controls } from "./controls.js";
-import { attempt, attributes, button, element, keyed, listed, pressed } from "./dom.js";
+import { attempt, attributes, button, element, keyed, listed, made, pressed } from "./dom.js";
 import { Drop } from "./drop.js";
 import { Lobes } from "./lobes.js";
+import { Keys } from "./keys.js";
 import { Look } from "./look.js";
 import { Materials } from "./materials.js";
 import { Renderer } from "./renderer.js";
-import { Shelf } from "./shelf.js";
+import { Sharing } from "./sharing.js";
+import { Shelf, kindOf } from "./shelf.js";
 import { Space } from "./space.js";
 import { Textures } from "./textures.js";
+import { Theme } from "./theme.js";
 
 // In the order of their tabs.
 //
 // A mode has a title, a panel (an element beside the picture), a static available(page) (whether the page
 // holds something for it), open(), close(), changed() (another material or form is chosen), draw() (what
-// is new, on the picture; returns a word on its state), and, if it wants, lit(change) (the scene changed).
+// is new, on the picture; returns a word on its state), and, if it wants, lit(change) (the scene changed),
+// staged (whether the scene may have a stage), state() and restore(texts) (its part of the address).
 const MODES = [Look, Compare, Lobes, Space, Textures];
+
+const KINDS = { measured: "Measured table", neural: "Neural network", analytic: "Analytic model", standard: "Standard model" };
+
+const next = (list, one) => list[(list.indexOf(one) + 1) % list.length];
 
 export class Page {
   constructor({ facts, bytes }) {
@@ -26,8 +35,60 @@ export class Page {
     this.controls = new Controls(this);
     this.shelf = new Shelf(this, (k) => attempt(() => this.choose(k)));
     this.drop = new Drop(this);
+    this.sharing = new Sharing(this);
     this.start();
+    this.address = new Address(() => this.state(), (texts) => attempt(() => this.restore(texts)));
+    this.offer();
     this.loop();
+  }
+
+  // What the page does beside showing: buttons, and keys for all of it.
+  offer() {
+    const { sharing, address } = this, theme = new Theme();
+    const undo = () => sharing.tell(address.undo() ? "Undone" : "Nothing to undo");
+    const keys = new Keys([
+      ["123456789", "The first materials", (key) => this.choose(Math.min(Number(key), this.materials.list.length) - 1), "1 \u2026 9"],
+      [["ArrowLeft", "ArrowUp", "ArrowRight", "ArrowDown"], "The material before or after", (key) => this.shelf.step(/Left|Up/.test(key) ? -1 : 1), "\u2190 \u2192"],
+      ["m", "The next mode", () => this.open(next(this.modes, this.mode)), "m"],
+      ["s", "The next shape", () => this.controls.next("shape"), "s"],
+      ["l", "The next light", () => this.controls.next("light"), "l"],
+      ["eE", "Brighter, darker by a third of a stop", (key) => this.controls.brighten(key === "e" ? 1 / 3 : -1 / 3), "e E"],
+      ["z", "Undo the last change", undo, "z"],
+      ["c", "Copy a link to this view", () => sharing.copy(), "c"],
+      ["p", "Save the picture (PNG)", () => sharing.png(), "p"],
+      ["x", "Save its light (EXR)", () => sharing.exr(), "x"],
+      ["t", "Dark or light page", () => theme.turn(), "t"],
+      ["?", "This list", () => keys.show(), "?"],
+    ], () => address.settle());
+    element("actions").append(
+      sharing.said, button("Copy link", () => sharing.copy()), button("Save picture", () => sharing.png(), { title: "PNG with its caption" }),
+      button("Save EXR", () => sharing.exr(), { title: "Linear light, before exposure and tones" }), button("Undo", undo));
+    element("page-actions").append(theme.button, button("Keys", () => keys.show(), { title: "All keys (?)" }));
+  }
+
+  // Its part of the address, as texts by name: what is not as at first.
+  state() {
+    const { chosen, form, mode, controls, materials } = this, found = {};
+    if (mode !== this.modes[0]) found.mode = mode.title.toLowerCase();
+    if (chosen && (chosen !== materials.list[0] || form !== chosen.forms[0])) found.material = materials.title(chosen);
+    if (form && form !== chosen.forms[0]) found.form = form.label;
+    return { ...found, ...textsOf(controls.values, controls.first), ...mode.state?.() };
+  }
+
+  // Show what an address says; what it does not say is as at first.
+  restore(texts) {
+    const { materials } = this, mode = this.modes.find(({ title }) => title.toLowerCase() === texts.mode) ?? this.modes[0];
+    const found = materials.list.findIndex((each) => materials.title(each) === texts.material), k = Math.max(found, 0);
+    const form = materials.list[k]?.forms.findIndex(({ label }) => label === texts.form) ?? 0, shown = materials.list[k]?.forms[Math.max(form, 0)];
+    this.controls.all(sceneOf(texts));
+    if (shown && shown !== this.form) this.choose(k, Math.max(form, 0));
+    this.open(mode);
+    mode.restore?.(texts);
+  }
+
+  // Something of the state may have changed.
+  touched() {
+    this.address?.later();
   }
 
   // Offer the modes that have something to show.
@@ -72,7 +133,9 @@ export class Page {
       each.tab.tabIndex = each === mode ? 0 : -1;
     }
     document.body.dataset.mode = mode.title.toLowerCase();
+    this.controls.staged(mode.staged);
     mode.open();
+    this.touched();
   }
 
   // Show a material on the shelf in one of its forms.
@@ -83,6 +146,7 @@ export class Page {
     this.shelf.select(k);
     this.describe();
     this.mode.changed();
+    this.touched();
   }
 
   add(material) {
@@ -99,7 +163,22 @@ export class Page {
     pressed(buttons, chosen.forms.indexOf(form));
     element("forms").replaceChildren(...(buttons.length < 2 ? [] : buttons));
     element("known").replaceChildren(...listed({ ...chosen.known, ...form.known }));
+    const [, ...lines] = this.caption();
+    element("caption").replaceChildren(made("strong", {}, chosen.name), " ", lines.join(" "));
     element("picture").setAttribute("aria-label", `${chosen.name}, ${form.label}; arrow keys turn it`);
+  }
+
+  // Lines below the picture: the material, and how it is held, with its bytes and error where known.
+  caption() {
+    const { chosen, form } = this;
+    if (!chosen) return [document.title];
+    const { Bytes: bytes, "Held-out loss": loss } = form.known, against = Object.keys(form.known).find((key) => key.startsWith("Against "));
+    const facts = [KINDS[kindOf(form)], bytes && `${bytes} bytes`, against ? `${against.toLowerCase()}: ${form.known[against]}` : loss && `held-out loss ${loss}`];
+    return [chosen.name, facts.filter(Boolean).join(" \u00b7 ")];
+  }
+
+  title() {
+    return this.chosen?.name ?? document.title;
   }
 
   // Change the scene; see Renderer.change.

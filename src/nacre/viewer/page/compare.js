@@ -50,6 +50,21 @@ export class Compare extends Mode {
     this.slide(this.wipe);
   }
 
+  // The part of the address: the view, where the wipe is, and what the reference is compared with.
+  state() {
+    const { page, held, view, wipe } = this, found = {};
+    if (view !== "Wipe") found.view = view.toLowerCase();
+    if (wipe !== 0.5) found.split = `${Number((100 * wipe).toFixed(2))}`;
+    return held ? { ...found, with: page.materials.title(held.material), as: held.form.label } : found;
+  }
+
+  restore({ view, split, with: title, as: label }) {
+    this.turnTo(Object.keys(VIEWS).find((name) => name.toLowerCase() === view) ?? "Wipe");
+    this.slide(Number.isFinite(Number(split ?? 50)) ? Number(split ?? 50) / 100 : 0.5);
+    const pair = this.pairs.find(({ material, form }) => this.page.materials.title(material) === title && form.label === label);
+    if (pair) this.against(pair);
+  }
+
   open() {
     this.captions.hidden = false;
     this.turnTo(this.view);
@@ -105,6 +120,7 @@ export class Compare extends Mode {
   against(pair) {
     attempt(() => this.show(pair));
     this.other.lastChild.value = `${this.at(this.held.form)}`;
+    this.page.touched();
   }
 
   swap() {
@@ -131,6 +147,7 @@ export class Compare extends Mode {
     this.strength.hidden = !(side || name === "Difference");
     this.scale.hidden = !(side || name === "FLIP");
     document.body.dataset.view = name.split(" ")[0].toLowerCase();
+    this.page.touched();
   }
 
   slide(part) {
@@ -138,6 +155,7 @@ export class Compare extends Mode {
     this.stale = true;
     this.handle.style.left = `${100 * this.wipe}%`;
     this.handle.setAttribute("aria-valuenow", `${Math.round(100 * this.wipe)}`);
+    this.page.touched();
   }
 
   times(factor) {

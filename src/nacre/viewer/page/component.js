@@ -1,7 +1,8 @@
-// <nacre-view src="gold.safetensors" shape="ball" light="room" exposure="0.5" alt="Gold"></nacre-view>
+// <nacre-view src="gold.safetensors" shape="ball" light="room" exposure="0.5" stage alt="Gold"></nacre-view>
 //
-// The attributes may change at any time. `load` is dispatched once a picture has converged, `error`
-// (with words as detail) where something fails.
+// Beside `src` and `alt`, attributes are named as in addresses of the page (see settings.js). They may
+// change at any time. `load` is dispatched once a picture has converged, `error` (with words as detail)
+// where something fails.
 
 import { unpacked } from "./container.js";
 import { Materials } from "./materials.js";
@@ -34,7 +35,7 @@ class NacreView extends HTMLElement {
     const text = this.getAttribute(name) ?? "";
     if (name === "alt") this.view.label(text);
     else if (name === "src") this.load(text);
-    else this.view.set(name, text);
+    else this.view.set(name, name === "stage" && this.hasAttribute(name) ? text || "on" : text);
   }
 
   async load(src) {

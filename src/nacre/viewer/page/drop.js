@@ -6,7 +6,7 @@ import { ENDINGS, Reading } from "./files.js";
 const LONGEST = 200; // characters of a name that are shown
 const GROUP = "Opened here";
 const SIZE = 96, FRAMES = 32; // of small pictures
-const SCENE = { shape: "sphere", turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], surroundings: 1, irradiance: [0, 0, 0], exposure: 1, still: false };
+const SCENE = { shape: "sphere", turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], surroundings: 1, irradiance: [0, 0, 0], exposure: 1, still: false, stage: false, film: false };
 
 export class Drop {
   constructor(page) {

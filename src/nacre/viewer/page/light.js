@@ -8,34 +8,27 @@
 import { FIRST, SECOND } from "./sequence.js";
 
 const EDGE = 256; // directions along an edge of their texture
-const SPREAD = [0.25, 0.5, 0.25];
 const FLOOR = 0.02; // of mean light in every texel
 
-// Linear RGB of shared-exponent bytes: red, green, blue and exponent planes.
-export function pixelsOf(bytes) {
-  const count = bytes.length / 4, pixels = new Float32Array(3 * count);
-  for (let k = 0; k < count; k++) {
-    const scale = 2 ** (bytes[3 * count + k] - 136);
-    for (let c = 0; c < 3; c++) pixels[3 * k + c] = bytes[c * count + k] * scale;
-  }
-  return pixels;
-}
-
-// {texels, toward, radiance, edge}: RGBA with the density over solid angle as alpha; directions with
-// their densities; and the light from each.
+// {texels, toward, radiance, edge, floor}: RGBA with the density over solid angle as alpha; directions with
+// their densities; the light from each; and the irradiance of level ground.
 export function tables(pixels, width, height) {
   const edges = Float64Array.from({ length: height + 1 }, (_, j) =>
     Math.cos((Math.PI * Math.min(Math.max(j - 0.5, 0), height - 1)) / (height - 1)));
   const angles = Float64Array.from({ length: height }, (_, j) => ((edges[j] - edges[j + 1]) * 2 * Math.PI) / width);
-  const bright = (k) => 0.2126 * pixels[3 * k] + 0.7152 * pixels[3 * k + 1] + 0.0722 * pixels[3 * k + 2];
-  const count = width * height, parts = new Float64Array(count);
+  const count = width * height;
   // What is shone by a texel and its neighbors, which shine into it between their centers.
-  for (let k = 0; k < count; k++) {
-    const row = Math.floor(k / width), column = k % width;
-    for (let b = -1; b <= 1; b++)
-      for (let a = -1; a <= 1; a++)
-        parts[k] += SPREAD[a + 1] * SPREAD[b + 1] *
-          bright(Math.min(Math.max(row + b, 0), height - 1) * width + ((column + a + width) % width));
+  const across = new Float64Array(count), parts = new Float64Array(count), bright = new Float64Array(width + 2);
+  for (let row = 0; row < height; row++) {
+    const start = row * width;
+    for (let i = 0, k = 3 * start; i < width; i++, k += 3) bright[i + 1] = 0.2126 * pixels[k] + 0.7152 * pixels[k + 1] + 0.0722 * pixels[k + 2];
+    bright[0] = bright[width];
+    bright[width + 1] = bright[1];
+    for (let i = 0; i < width; i++) across[start + i] = 0.25 * bright[i] + 0.5 * bright[i + 1] + 0.25 * bright[i + 2];
+  }
+  for (let row = 0; row < height; row++) {
+    const start = row * width, above = Math.max(row - 1, 0) * width, below = Math.min(row + 1, height - 1) * width;
+    for (let i = 0; i < width; i++) parts[start + i] = 0.25 * across[above + i] + 0.5 * across[start + i] + 0.25 * across[below + i];
   }
   const mean = parts.reduce((sum, part, k) => sum + part * angles[Math.floor(k / width)], 0) / (4 * Math.PI);
   for (let k = 0; k < count; k++) parts[k] = (parts[k] + FLOOR * Math.max(mean, 1e-9)) * angles[Math.floor(k / width)];
@@ -47,7 +40,7 @@ export function tables(pixels, width, height) {
   }
   const total = rows[height], texels = new Float32Array(4 * count);
   for (let k = 0; k < count; k++) {
-    texels.set(pixels.subarray(3 * k, 3 * k + 3), 4 * k);
+    for (let c = 0; c < 3; c++) texels[4 * k + c] = pixels[3 * k + c];
     texels[4 * k + 3] = parts[k] / total / angles[Math.floor(k / width)];
   }
   const toward = new Float32Array(4 * EDGE * EDGE), radiance = new Float32Array(4 * EDGE * EDGE);
@@ -60,7 +53,15 @@ export function tables(pixels, width, height) {
     toward.set([r * Math.sin(phi), y, -r * Math.cos(phi), texels[4 * (j * width + column) + 3]], 4 * k);
     radiance.set(between(pixels, width, height, column + u - 0.5, (Math.acos(y) / Math.PI) * (height - 1)), 4 * k);
   }
-  return { texels, toward, radiance, edge: EDGE };
+  const floor = [0, 1, 2].map((c) => {
+    let sum = 0;
+    for (let k = 0; k < count; k++) {
+      const row = Math.floor(k / width);
+      sum += pixels[3 * k + c] * angles[row] * Math.max(Math.cos((Math.PI * row) / (height - 1)), 0);
+    }
+    return sum;
+  });
+  return { texels, toward, radiance, edge: EDGE, floor };
 }
 
 // Which cell of running sums from `low` to `high` holds a value, and where in it.

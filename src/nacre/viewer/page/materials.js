@@ -16,6 +16,12 @@ export class Materials {
     this.templates = new Map(facts.templates.map((each) => [JSON.stringify(JSON.parse(each.key)), each]));
   }
 
+  // A name that no other material has, for addresses.
+  title(material) {
+    const alike = this.list.filter(({ name }) => name === material.name), k = alike.indexOf(material);
+    return k > 0 ? `${material.name}~${k + 1}` : material.name;
+  }
+
   // {glsl, textures} of a form.
   shown(form) {
     if (!this.read.has(form)) this.read.set(form, this.reading(form));

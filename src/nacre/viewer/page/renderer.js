@@ -1,27 +1,41 @@
-// Pictures of shapes in materials: direct light of an environment and of a lamp, without shadows.
+// Pictures of shapes in materials: direct light of an environment and of a lamp, without shadows; or on
+// a stage, where simple bodies cast some (see stage.js).
 //
 // Each frame draws the shape's points anew, moved by part of a pixel, and adds some directions of
 // light for each. Sums are kept in single precision until something changes. A material is
 // {glsl, textures}: functions material_eval, material_sample and material_pdf, and the textures that
 // they fetch from, by name.
 
-import { pixelsOf, tables } from "./light.js";
+import { tables } from "./light.js";
+import { pixelsOf } from "./maps.js";
+import { Meter } from "./meter.js";
 import { moved } from "./sequence.js";
-import { FRAMES, LIT, POINTS, SHOWN, SPHERE, VALUES } from "./shaders.js";
+import { FRAMES, LIT, POINTS, SHOWN, SPHERE, VALUES, VERTEX } from "./shaders.js";
 import { SHAPES } from "./shapes.js";
+import { Smoothing } from "./smooth.js";
+import { baseOf, camera, STAGED } from "./stage.js";
+import { BASE, MATERIAL, STAGE_POINTS } from "./stage_shaders.js";
 import { Context, WHOLE } from "./webgl.js";
 
+const UPRIGHT = [1, 0, 0, 0, 1, 0, 0, 0, 1];
+const BODIES = 20, PAPER = 0.42; // as in stage_shaders.js
+
 export const SCALE = 0.97; // of shapes, which fit the unit sphere
+
+const SHOWING = ["exposure", "ground", "film"]; // what changes no sums
 
 export class Renderer extends Context {
   constructor(canvas) {
     super(canvas);
     this.shapes = new Map();
     this.pictures = [];
+    this.meter = new Meter(this);
+    this.smoothing = new Smoothing(this);
     this.pairs = 2;
     this.scene = {
       shape: "sphere", turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], rotation: 0, surroundings: 1,
       lamp: [-0.5, 0.5, Math.SQRT1_2, 0], irradiance: [0, 0, 0], exposure: 1, ground: [0.1, 0.1, 0.1], backing: 1, still: false,
+      stage: false, film: false,
     };
     this.resize(canvas.width, canvas.height);
   }
@@ -44,22 +58,26 @@ export class Renderer extends Context {
   }
 
   // Change the scene: {shape, turn (3 x 3, columns), rotation, surroundings, lamp, irradiance, exposure,
-  // ground, backing (its opacity), still (points stay at the middles of pixels)}.
+  // ground, backing (its opacity), still (points stay at the middles of pixels), stage, film}.
   change(scene) {
     Object.assign(this.scene, scene);
     this.stale = true;
-    if (Object.keys(scene).some((name) => name !== "exposure" && name !== "ground")) this.restart();
+    if (Object.keys(scene).some((name) => !SHOWING.includes(name))) this.restart();
   }
 
   // Light the scene by an environment of the page, whose parts are `bytes`.
-  light({ part, width, height }, bytes) {
-    const { texels, toward, radiance, edge } = tables(pixelsOf(bytes(part)), width, height);
+  light(map, bytes) {
+    const { width, height } = map;
+    const { texels, toward, radiance, edge, floor } = tables(pixelsOf(bytes(map.part), map), width, height);
     for (const texture of Object.values(this.environment ?? {})) this.gl.deleteTexture(texture);
     this.environment = {
       texels: this.texture([width, height], texels),
       toward: this.texture([edge, edge], toward),
       radiance: this.texture([edge, edge], radiance),
     };
+    this.floor = floor.map((each) => (PAPER * each) / Math.PI);
+    this.paper = 0.2126 * this.floor[0] + 0.7152 * this.floor[1] + 0.0722 * this.floor[2];
+    this.meter.forget();
     this.restart();
   }
 
@@ -74,14 +92,15 @@ export class Renderer extends Context {
   }
 
   frame() {
-    const { turn, lamp, irradiance, rotation, surroundings } = this.scene;
-    this.place({ turn, shift: this.shift(this.frames), scale: SCALE });
+    const { turn, lamp, irradiance, rotation, surroundings, stage } = this.scene, shift = this.shift(this.frames);
+    const around = stage ? this.staged(shift) : { staged: false, eye: [0, 0, 1, 0] };
+    if (!stage) this.place({ turn, shift, scale: SCALE });
     const [normals, tangents, points] = this.points.textures;
     const pairs = this.frames ? this.pairs : 1;
     for (const picture of this.pictures) {
       picture.latest = this.added(picture.sums, this.frames, picture.program, {
-        normals, tangents, points, ...this.environment, ...picture.textures,
-        drawn: this.drawn, pairs, rotation, lamp, irradiance, surroundings,
+        normals, tangents, points, ...this.environment, ...picture.textures, ...around,
+        drawn: this.drawn, pairs, spin: [Math.cos(rotation), Math.sin(rotation)], lamp, irradiance, surroundings,
       });
     }
     this.frames += 1;
@@ -101,6 +120,28 @@ export class Renderer extends Context {
     return after;
   }
 
+  // Draw the points of the stage; returns what else its light depends on.
+  staged(shift) {
+    const { shape, turn, surroundings } = this.scene, { bodies, base, groove, mesh } = STAGED[shape];
+    const values = { ...camera(turn, this.size), shift };
+    this.begin(this.points);
+    const program = this.program(STAGE_POINTS(VERTEX), FRAMES);
+    this.meshed(program, { ...values, kind: MATERIAL }, this.shape(`staged ${shape}`, mesh));
+    if (base[0]) this.meshed(program, { ...values, turn: UPRIGHT, kind: BASE }, this.shape(`base ${base}`, () => baseOf(base)));
+    const whole = turned(values.turn, bodies), [x, y, z, ...edges] = groove ?? [0, 1, 0, 2, -2];
+    return {
+      ...values, staged: true, bodies: [...whole.flat(), ...Array(4 * (BODIES - bodies.length)).fill(0)], bodied: bodies.length, base,
+      groove: turned(values.turn, [[x, y, z, 0]])[0].slice(0, 3), edges,
+      paper: this.floor.map((light) => surroundings * light),
+    };
+  }
+
+  // A mesh by name, made when it is first asked for.
+  shape(name, mesh) {
+    if (!this.shapes.has(name)) this.shapes.set(name, this.mesh(mesh(), [3, 3, 3]));
+    return this.shapes.get(name);
+  }
+
   // Draw the points of the shape; the sphere's are exact.
   place(values) {
     const { shape } = this.scene;
@@ -109,16 +150,18 @@ export class Renderer extends Context {
       this.fill(this.points, this.program(WHOLE, SPHERE), { ...values, size: this.size });
       return;
     }
-    if (!this.shapes.has(shape)) this.shapes.set(shape, this.mesh(SHAPES[shape](), [3, 3, 3]));
     this.begin(this.points);
-    this.meshed(this.program(POINTS, FRAMES), values, this.shapes.get(shape));
+    this.meshed(this.program(POINTS, FRAMES), { ...values, kind: MATERIAL }, this.shape(shape, SHAPES[shape]));
   }
 
-  // Show a sum on the canvas, which is then no longer stale; `count` is its sum where it is opaque.
+  // Show a sum on the canvas, which is then no longer stale; `count` is its sum where it is opaque. On a
+  // stage it is exposed as it suits the material, and smoothed while it needs that.
   present(sum = this.pictures[0].latest, count = this.drawn) {
-    const { exposure, ground, backing } = this.scene;
+    const { exposure, ground, backing, film, stage } = this.scene;
     this.stale = false;
-    this.fill(null, this.program(WHOLE, SHOWN), { sums: sum.textures[0], exposure, ground, backing, count });
+    const gains = stage ? this.meter.of(this.pictures[0], this.environment, this.paper) : this.meter.one;
+    const shown = stage ? this.smoothing.of(sum, this.points.textures[0], count, { exposure, gains }) : sum;
+    this.fill(null, this.program(WHOLE, SHOWN), { sums: shown.textures[0], gains, exposure, ground, backing, film, count });
   }
 
   // Whether everything before the last `mark` is drawn.
@@ -141,6 +184,25 @@ export class Renderer extends Context {
     return this.read(picture.latest);
   }
 
+  // The numbers of a target once the graphics card has them: waiting for it would freeze the page.
+  async later({ buffer, size: [width, height] }) {
+    const { gl } = this, values = new Float32Array(4 * width * height), held = gl.createBuffer();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, buffer);
+    gl.readBuffer(gl.COLOR_ATTACHMENT0);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, held);
+    gl.bufferData(gl.PIXEL_PACK_BUFFER, values.byteLength, gl.STREAM_READ);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, 0);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
+    const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    while (gl.clientWaitSync(fence, gl.SYNC_FLUSH_COMMANDS_BIT, 0) === gl.TIMEOUT_EXPIRED) await new Promise(requestAnimationFrame);
+    gl.deleteSync(fence);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, held);
+    gl.getBufferSubData(gl.PIXEL_PACK_BUFFER, 0, values);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
+    gl.deleteBuffer(held);
+    return values;
+  }
+
   // Reflectance and `more`, the density of samples, four numbers a pair, of directions with three
   // numbers each.
   values({ glsl, textures = {} }, wi, wo, more = "material_pdf(wi, wo)") {
@@ -158,3 +220,7 @@ export class Renderer extends Context {
     return found;
   }
 }
+
+// Points or directions (their first three numbers) turned by a matrix of columns.
+const turned = (m, all) =>
+  all.map(([x, y, z, more]) => [...[0, 1, 2].map((k) => m[k] * x + m[3 + k] * y + m[6 + k] * z), more]);

@@ -20,9 +20,9 @@ export function bytesOf({ header, tensors }) {
 }
 
 // Hand a file to the reader, under a name that every system takes.
-export function handOver(name, bytes) {
+export function handOver(name, bytes, ending = "safetensors") {
   const safe = name.replace(/[^\p{L}\p{N} ,._-]+/gu, "_").trim().slice(0, 100) || "material";
   const url = URL.createObjectURL(new Blob([bytes], { type: "application/octet-stream" }));
-  made("a", { href: url, download: `${safe}.safetensors` }).click();
+  made("a", { href: url, download: `${safe}.${ending}` }).click();
   setTimeout(() => URL.revokeObjectURL(url), 60000);
 }

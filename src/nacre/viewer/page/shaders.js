@@ -1,5 +1,6 @@
 // Shaders of the renderer: points of a shape, light on them, and what is shown.
 
+import { BASE, STAGE } from "./stage_shaders.js";
 import { HEAD } from "./webgl.js";
 
 // What vertices of shapes have; see shapes.js.
@@ -31,9 +32,14 @@ void found(vec3 n, vec3 t, vec3 p) {
   point = vec4(p, 1.0);
 }`;
 
+// The fourth number of a normal tells what is seen: a material, or a stage's base.
 export const FRAMES = `${HEAD}${FOUND}
 in vec3 n, t, p;
-void main() { found(normalize(gl_FrontFacing ? n : -n), t, p); }`;
+uniform float kind;
+void main() {
+  found(normalize(gl_FrontFacing ? n : -n), t, p);
+  normal.w = kind;
+}`;
 
 // The same of the unit sphere, exactly.
 export const SPHERE = `${HEAD}${FOUND}
@@ -53,12 +59,16 @@ void main() {
 // and half the material, weighted by the balance heuristic (Veach and Guibas 1995). The fourth sum
 // counts directions. Places in the unit cube are an additive recurrence (Roberts 2018) whose start
 // differs from pixel to pixel.
+//
+// On a stage (see stage_shaders.js) bodies cast shadows. The ground's light is known where nothing
+// stands; only what bodies take from it is drawn, so that there is no noise where there is no shadow.
 export const LIT = (material) => `${HEAD}
 ${material}
+${STAGE}
 uniform sampler2D before, normals, tangents, points, texels, toward, radiance;
 uniform uint drawn;       // pairs of directions that earlier frames drew
 uniform int pairs;        // that this frame draws
-uniform float rotation;   // of the environment about +y
+uniform vec2 spin;        // cosine and sine of the environment's rotation about +y
 uniform vec4 lamp;        // where it is, or toward it where the fourth number is 0
 uniform vec3 irradiance;  // of the lamp at distance 1, or across its rays
 uniform float surroundings;
@@ -71,9 +81,8 @@ uint scattered(uint x) {  // PCG of O'Neill 2014
   return (x >> 22u) ^ x;
 }
 
-vec3 turned(vec3 w, float by) {
-  float c = cos(by), s = sin(by);
-  return vec3(c * w.x + s * w.z, w.y, c * w.z - s * w.x);
+vec3 turned(vec3 w, vec2 by) {
+  return vec3(by.x * w.x + by.y * w.z, w.y, by.x * w.z - by.y * w.x);
 }
 
 vec4 texel(ivec2 at, ivec2 size) {
@@ -82,7 +91,7 @@ vec4 texel(ivec2 at, ivec2 size) {
 
 // Radiance from a direction, and the density with which it is drawn.
 vec4 seen(vec3 w) {
-  vec3 d = turned(w, -rotation);
+  vec3 d = turned(w, vec2(spin.x, -spin.y));
   ivec2 size = textureSize(texels, 0);
   vec2 at = vec2(atan(d.x, -d.z) / (2.0 * PI) * float(size.x) - 0.5,
                  acos(clamp(d.y, -1.0, 1.0)) / PI * float(size.y - 1));
@@ -93,29 +102,83 @@ vec4 seen(vec3 w) {
   return vec4(from, texel(ivec2(floor(at + 0.5)), size).a);
 }
 
+vec4 drawn_light(uint first, uint index, uint many) {
+  uint place = (first + index) % (many * many);
+  return texelFetch(toward, ivec2(place % many, place / many), 0);
+}
+
+vec3 drawn_radiance(uint first, uint index, uint many) {
+  uint place = (first + index) % (many * many);
+  return texelFetch(radiance, ivec2(place % many, place / many), 0).rgb;
+}
+
+// Of the lamp on a surface that faces it, and toward it.
+vec3 lamplight(vec3 p, out vec3 way) {
+  way = lamp.xyz - lamp.w * p;
+  float squared = dot(way, way);
+  way *= inversesqrt(squared);
+  return irradiance / mix(1.0, squared, lamp.w);
+}
+
+// Whether the lamp is below the ground.
+bool under() {
+  return lamp.y < (lamp.w == 1.0 ? FLOOR : 0.0);
+}
+
+// Of matte surfaces of the stage, for all pairs.
+vec3 matte(vec3 p, vec3 n, bool floor, uint first, uint many) {
+  vec3 total = floor ? paper * float(pairs) : vec3(0.0);
+  for (int k = 0; k < pairs; k++) {
+    vec4 found = drawn_light(first, drawn + uint(k), many);
+    vec3 w = turned(found.xyz, spin);
+    float cosine = dot(w, n);
+    if (cosine <= 0.0) continue;
+    bool hidden = floor ? behind_something(p, w) : bodied > 0 && behind_sphere(p, w, bodies[0]);
+    if (hidden != floor) continue;
+    vec3 part = surroundings * drawn_radiance(first, drawn + uint(k), many) * cosine / found.w;
+    total += (floor ? -PAPER / PI : plastic(n, w, normalize(eye.xyz - p))) * part;
+  }
+  vec3 way, light = lamplight(p, way);
+  float cosine = dot(way, n);
+  if (cosine > 0.0 && !under() && !behind_something(p, way)) total += float(pairs) * (floor ? PAPER / PI : plastic(n, way, normalize(eye.xyz - p))) * light * cosine;
+  return total;
+}
+
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
   vec4 sum = texelFetch(before, at, 0), n = texelFetch(normals, at, 0);
-  if (n.w == 0.0) { color = sum; return; }
-  vec3 t = texelFetch(tangents, at, 0).xyz;
+  uint first = scattered(uint(at.x) + 65536u * uint(at.y)), many = uint(textureSize(toward, 0).x);
+  if (n.w != 1.0) {
+    color = sum;
+    if (!staged) return;
+    vec3 total;
+    if (n.w == ${BASE}.0) total = matte(texelFetch(points, at, 0).xyz, n.xyz, false, first, many);
+    else {
+      vec3 way = sight(gl_FragCoord.xy, vec2(textureSize(normals, 0)));
+      float reach = way.y < -1e-3 ? (FLOOR - eye.y) / way.y : 1e3;
+      vec3 p = eye.xyz + reach * way;
+      float away = length(p.xz);
+      total = away < 12.0 ? matte(p, vec3(0.0, 1.0, 0.0), true, first, many) : paper * float(pairs);
+      total *= distant(away) * mix(1.0, 0.72, smoothstep(-0.05, 0.4, way.y));
+    }
+    color += vec4(total, float(pairs));
+    return;
+  }
+  vec3 t = texelFetch(tangents, at, 0).xyz, p = texelFetch(points, at, 0).xyz;
   mat3 local = mat3(t, cross(n.xyz, t), n.xyz);
-  vec3 wo = vec3(t.z, cross(n.xyz, t).z, n.z);
+  vec3 wo = normalize(eye.xyz - eye.w * p) * local;
   vec3 total = vec3(0.0);
   if (wo.z > 0.0) {
-    uint first = scattered(uint(at.x) + 65536u * uint(at.y));
     uvec3 start = uvec3(scattered(first + 1u), scattered(first + 2u), scattered(first + 3u));
-    uint many = uint(textureSize(toward, 0).x);
     for (int k = 0; k < 2 * pairs; k++) {
       uint index = drawn + uint(k >> 1);
       vec3 wi;
       vec4 light;
       if ((k & 1) == 0) {
-        uint place = (first + index) % (many * many);
-        ivec2 where = ivec2(place % many, place / many);
-        vec4 found = texelFetch(toward, where, 0);
-        wi = turned(found.xyz, rotation) * local;
-        light = vec4(texelFetch(radiance, where, 0).rgb, found.w);
+        vec4 found = drawn_light(first, index, many);
+        wi = turned(found.xyz, spin) * local;
         if (wi.z <= 0.0) continue;
+        light = vec4(drawn_radiance(first, index, many), found.w);
       } else {
         uvec3 u = start + index * uvec3(3518319155u, 2882110345u, 2360945575u);
         vec4 found = material_sample(wo, vec3(u >> 8u) * (1.0 / 16777216.0));
@@ -124,14 +187,13 @@ void main() {
         if (wi.z <= 0.0) continue;
         light = seen(local * wi);
       }
-      total += surroundings * light.rgb * material_eval(wi, wo) * wi.z
+      light.rgb = arriving(p, local * wi, surroundings * light.rgb);
+      total += light.rgb * material_eval(wi, wo) * wi.z
           / (light.a + max(material_pdf(wi, wo), 0.0));
     }
-    vec3 way = lamp.xyz - lamp.w * texelFetch(points, at, 0).xyz;
-    float squared = dot(way, way);
-    vec3 wi = way * inversesqrt(squared) * local;
-    if (wi.z > 0.0 && irradiance.r + irradiance.g + irradiance.b > 0.0)
-      total += float(pairs) * irradiance / mix(1.0, squared, lamp.w) * material_eval(wi, wo) * wi.z;
+    vec3 way, light = lamplight(p, way), wi = way * local;
+    if (wi.z > 0.0 && light.r + light.g + light.b > 0.0 && !(staged && (under() || in_groove(p, way) || behind_base(p, way))))
+      total += float(pairs) * light * material_eval(wi, wo) * wi.z;
   }
   color = sum + vec4(total, float(pairs));
 }`;
@@ -143,21 +205,35 @@ vec3 displayed(vec3 c) {
   return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
 }`;
 
-// A sum as it is shown, over the ground, as far as that is opaque.
+// A sum as it is shown, over the ground, as far as that is opaque. With "film", highlights roll off
+// instead of being clipped: the tone curve that Khronos made for products ("PBR Neutral", 2024), which
+// leaves colors below 0.8 as they are.
 export const PRESENTED = `
 ${DISPLAYED}
 uniform float exposure, count, backing;
 uniform vec3 ground;
+uniform bool film;
+vec3 filmed(vec3 c) {
+  float low = min(c.r, min(c.g, c.b)), offset = low < 0.08 ? low - 6.25 * low * low : 0.04;
+  c -= offset;
+  float peak = max(c.r, max(c.g, c.b));
+  if (peak < 0.76) return c;
+  float rolled = 1.0 - 0.0576 / (peak - 0.52);
+  return mix(c * (rolled / peak), vec3(rolled), 1.0 - 1.0 / (0.15 * (peak - rolled) + 1.0));
+}
 vec4 presented(vec4 sum) {
-  vec3 c = displayed(sum.rgb / max(sum.a, 1.0) * exposure);
-  return mix(vec4(ground, 1.0) * backing, vec4(c, 1.0), min(sum.a / max(count, 1.0), 1.0));
+  vec3 c = sum.rgb / max(sum.a, 1.0) * exposure;
+  return mix(vec4(ground, 1.0) * backing, vec4(displayed(film ? filmed(c) : c), 1.0), min(sum.a / max(count, 1.0), 1.0));
 }`;
 
 export const SHOWN = `${HEAD}
 ${PRESENTED}
-uniform sampler2D sums;
+uniform sampler2D sums, gains;
 out vec4 color;
-void main() { color = presented(texelFetch(sums, ivec2(gl_FragCoord.xy), 0)); }`;
+void main() {
+  vec4 sum = texelFetch(sums, ivec2(gl_FragCoord.xy), 0);
+  color = presented(vec4(sum.rgb * texelFetch(gains, ivec2(0), 0).r, sum.a));
+}`;
 
 // Reflectance at pairs of directions that textures hold, and something more.
 export const VALUES = (material, more) => `${HEAD}

@@ -37,7 +37,7 @@ const unit = (a) => {
 export const TURN = 2 * Math.PI;
 
 // A point turned about x, its top toward the viewer.
-function leaned([x, y, z], angle) {
+export function leaned([x, y, z], angle) {
   const c = Math.cos(angle), s = Math.sin(angle);
   return [x, c * y - s * z, s * y + c * z];
 }
@@ -57,25 +57,38 @@ function step(x) {
 }
 
 // A ball with a groove around its tilted axis, held by a ring.
-const RADIUS = 0.84, GROOVE = [1.08, 1.34], EDGE = 0.035, DEPTH = 0.13;
+export const RADIUS = 0.84;
+export const GROOVE = [1.08, 1.34];
+const EDGE = 0.035, DEPTH = 0.13;
 
-function ball(u, v) {
+// Around the origin.
+export function ball(u, v) {
   const theta = Math.PI * (1 - Math.min(Math.max(v, 1e-4), 1 - 1e-4)), phi = TURN * u;
   const open = step((theta - GROOVE[0]) / EDGE) - step((theta - GROOVE[1]) / EDGE), r = RADIUS * (1 - DEPTH * open);
   const [x, y, z] = leaned([r * Math.sin(theta) * Math.sin(phi), r * Math.cos(theta), r * Math.sin(theta) * Math.cos(phi)], 0.6);
   const c = Math.cos(0.42), s = Math.sin(0.42);
-  return [c * x - s * z, y + 0.1, s * x + c * z];
+  return [c * x - s * z, y, s * x + c * z];
 }
 
-function knot(t) {
+const raised = ([x, y, z]) => [x, y + 0.1, z];
+
+export function turnedKnot(t) {
   const radius = 0.58 + 0.22 * Math.cos(3 * t);
   return [radius * Math.cos(2 * t), 0.3 * Math.sin(3 * t), radius * Math.sin(2 * t)];
+}
+
+// The tube along it.
+export function tube(u, v) {
+  const t = TURN * u, ahead = 1e-3;
+  const forward = unit(minus(turnedKnot(t + ahead), turnedKnot(t - ahead)));
+  const side = unit(cross(forward, [0, 1, 0])), up = cross(side, forward), phi = -TURN * v;
+  return turnedKnot(t).map((x, k) => x + 0.16 * (Math.cos(phi) * side[k] + Math.sin(phi) * up[k]));
 }
 
 // A square cloth over a round table: what lies beyond its edge hangs down in folds.
 const TABLE = 0.46, BEND = 0.05, FOLDS = 8;
 
-function cloth(u, v) {
+export function cloth(u, v) {
   const x = 1.9 * (u - 0.5), z = 1.9 * (0.5 - v), r = Math.hypot(x, z), phi = Math.atan2(z, x);
   const fall = BEND * Math.log1p(Math.exp((r - TABLE) / BEND));
   const out = r - fall + 0.22 * fall + 0.15 * fall * Math.cos(FOLDS * phi + 0.6 * Math.sin(2 * phi));
@@ -84,17 +97,12 @@ function cloth(u, v) {
 
 export const SHAPES = {
   ball: () => joined([
-    grid(192, 384, (u, v) => leaned(ball(u, v), 0.12)),
+    grid(192, 384, (u, v) => leaned(raised(ball(u, v)), 0.12)),
     grid(128, 32, (u, v) => {
       const phi = TURN * u, theta = -TURN * v, out = 0.52 + 0.1 * Math.cos(theta);
       return leaned([out * Math.sin(phi), 0.1 * Math.sin(theta) - 0.74, out * Math.cos(phi)], 0.12);
     }),
   ]),
   cloth: () => grid(200, 200, (u, v) => leaned(cloth(u, v), 0.5)),
-  knot: () => grid(384, 32, (u, v) => {
-    const t = TURN * u, ahead = 1e-3;
-    const forward = unit(minus(knot(t + ahead), knot(t - ahead)));
-    const side = unit(cross(forward, [0, 1, 0])), up = cross(side, forward), phi = -TURN * v;
-    return leaned(knot(t).map((x, k) => x + 0.16 * (Math.cos(phi) * side[k] + Math.sin(phi) * up[k])), 0.5);
-  }),
+  knot: () => grid(384, 32, (u, v) => leaned(tube(u, v), 0.5)),
 };

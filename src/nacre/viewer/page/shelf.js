@@ -4,6 +4,9 @@ import { element, keyed, made } from "./dom.js";
 
 const STEPS = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1, Home: -Infinity, End: Infinity };
 
+// How a form is held, in a word.
+export const kindOf = (form) => form.kind ?? (form.table ? "measured" : "neural");
+
 export class Shelf {
   // `choose` is called with the number of a material.
   constructor(page, choose) {
@@ -18,7 +21,8 @@ export class Shelf {
     const k = this.items.length, src = material.picture ?? (material.thumbnail && this.packed(material.thumbnail));
     const facts = { className: "material", role: "option", id: `material-${k}`, title: material.name };
     const picture = src ? made("img", { src, alt: "", width: 96, height: 96 }) : made("span", { className: "blank" });
-    const item = made("div", facts, picture, made("span", {}, material.name));
+    const kinds = [...new Set(material.forms.map(kindOf))].map((kind) => made("span", { className: `badge ${kind}` }, kind));
+    const item = made("div", facts, picture, made("span", { className: "words" }, made("span", { className: "title" }, material.name), made("span", {}, ...kinds)));
     item.addEventListener("click", () => this.choose(k));
     this.items.push(item);
     this.group(material.group ?? "").append(item);
@@ -49,8 +53,15 @@ export class Shelf {
   select(k) {
     this.items.forEach((item, at) => item.setAttribute("aria-selected", `${at === k}`));
     this.list.setAttribute("aria-activedescendant", this.items[k].id);
-    this.items[k].scrollIntoView({ block: "nearest" });
+    this.reveal(this.items[k]);
     this.selected = k;
+  }
+
+  // Scroll the list, and only the list: on a narrow page the picture stays in sight.
+  reveal(item) {
+    const list = this.list.getBoundingClientRect(), own = item.getBoundingClientRect();
+    const by = (low, high, first, last) => Math.min(low - first, 0) + Math.max(high - last, 0);
+    this.list.scrollBy(by(own.left, own.right, list.left, list.right), by(own.top, own.bottom, list.top, list.bottom));
   }
 
   step(step) {

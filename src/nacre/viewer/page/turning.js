@@ -19,6 +19,20 @@ export class Turning {
   by(across, down) {
     this.azimuth += across / 150;
     this.elevation = Math.min(Math.max(this.elevation + down / 150, -1.5), 1.5);
+    return this.matrix();
+  }
+
+  // The same in degrees from where it began.
+  to(across, up) {
+    [this.azimuth, this.elevation] = [across, up].map((degrees) => (degrees * Math.PI) / 180);
+    return this.matrix();
+  }
+
+  degrees() {
+    return [this.azimuth, this.elevation].map((angle) => (angle * 180) / Math.PI);
+  }
+
+  matrix() {
     const [c, s] = [Math.cos(this.azimuth), Math.sin(this.azimuth)];
     const [d, t] = [Math.cos(this.elevation), Math.sin(this.elevation)];
     return [c, s * t, -s * d, 0, d, t, s, -c * t, c * d];

@@ -6,7 +6,7 @@
 
 import { made } from "./dom.js";
 import { Renderer } from "./renderer.js";
-import { SHAPES } from "./shapes.js";
+import { initial, SETTINGS } from "./settings.js";
 import { Turning, dragged } from "./turning.js";
 
 const FIRST = 7; // pairs of directions until another picture gets its first ones
@@ -15,13 +15,17 @@ const AREA = 256 ** 2; // pixels up to which a frame may draw more pairs
 const LARGEST = 1024; // pixels along an edge
 const LAMP = "lamp"; // the light that is a lamp alone
 
-// What `set` changes, by the names of attributes and traits.
-export const VIEWED = ["shape", "light", "exposure"];
+// What `set` changes, by the names of attributes: as in addresses of the page (see settings.js).
+export const VIEWED = ["shape", "light", "exposure", "rotation", "turn", "curve", "stage"];
+
+// Here a picture is a sphere on nothing, unless told otherwise.
+const UNLESS_TOLD = { ...initial(), shape: "sphere", stage: "off", curve: "plain" };
 
 const STYLE = `
 :host { display: inline-block; position: relative; box-sizing: border-box; width: 256px; max-width: 100%; aspect-ratio: 1; overflow: hidden; }
 :host([hidden]) { display: none; }
 canvas { display: block; width: 100%; height: 100%; object-fit: contain; touch-action: pan-y; cursor: grab; border-radius: 50%; }
+canvas.staged { border-radius: 8px; }
 canvas:active { cursor: grabbing; }
 canvas:focus-visible { outline: 2px solid currentColor; outline-offset: -2px; }
 p { position: absolute; inset: auto 0 0 0; margin: 0; padding: 6px 8px; font: 13px/1.4 system-ui, sans-serif; overflow-wrap: anywhere; background: Canvas; color: CanvasText; border: 1px solid GrayText; border-radius: 6px; }
@@ -80,7 +84,7 @@ class Studio {
   draw(view) {
     const { renderer } = this, other = this.current !== view;
     if (renderer.size.some((length) => length !== view.size)) renderer.resize(view.size, view.size);
-    if (this.light !== view.light) renderer.light((this.light = view.light), view.bytes);
+    if (this.light !== view.lit) renderer.light((this.light = view.lit), view.bytes);
     const material = view.material(renderer);
     if (other || this.material !== material) renderer.show((this.material = material));
     renderer.change(other ? view.scene : view.changes);
@@ -103,8 +107,8 @@ export class View {
   // A picture in the shadow of an element, with the environments of a page's `facts` and `bytes`.
   constructor(host, { facts, bytes }) {
     Object.assign(this, { host, bytes, environments: facts.environments, troubles: {} });
-    const turning = new Turning();
-    this.scene = { shape: "sphere", turn: turning.by(0, 0), exposure: 1, backing: 0, surroundings: 1, irradiance: [0, 0, 0] };
+    const turning = (this.turning = new Turning());
+    this.scene = { shape: "sphere", stage: false, film: false, turn: turning.by(0, 0), rotation: 0, exposure: 1, backing: 0, surroundings: 1, irradiance: [0, 0, 0] };
     Object.assign(this, { read: null, stale: true, drawn: 0, seen: true, size: 256, changes: {}, words: ["", "sphere", ""] });
     const root = host.shadowRoot ?? host.attachShadow({ mode: "open" });
     const sheet = new CSSStyleSheet();
@@ -146,36 +150,49 @@ export class View {
     this.touch({});
   }
 
-  // Set the shape, the light or the exposure from text; what is unknown is reported, and the old one stays.
+  // Set one of `VIEWED` from text; what is unknown is reported, and the old one stays.
   set(name, text) {
     this.say(name, "");
     try {
-      this.touch(this[`${name}Of`](text.trim()));
+      const { parse } = SETTINGS[name], value = text.trim() ? parse(text.trim()) : UNLESS_TOLD[name];
+      this.touch(this[name](value));
     } catch (error) {
       this.say(name, error.message);
     }
     this.label();
   }
 
-  shapeOf(text) {
-    const shape = text || "sphere";
-    const known = ["sphere", ...Object.keys(SHAPES)];
-    if (!known.includes(shape)) throw new Error(`shape "${shape}" is none of ${known.join(", ")}`);
+  shape(shape) {
     this.words[1] = shape;
     return { shape };
   }
 
-  exposureOf(text) {
-    const stops = Number(text);
-    if (!Number.isFinite(stops)) throw new Error(`exposure "${text}" is not a number of stops`);
+  exposure(stops) {
     return { exposure: 2 ** stops };
   }
 
-  lightOf(text) {
+  rotation(degrees) {
+    return { rotation: (degrees * Math.PI) / 180 };
+  }
+
+  turn([across, up]) {
+    return { turn: this.turning.to(across, up) };
+  }
+
+  curve(curve) {
+    return { film: curve === "film" };
+  }
+
+  stage(stage) {
+    this.canvas.classList.toggle("staged", stage === "on");
+    return { stage: stage === "on" };
+  }
+
+  light(text) {
     const names = [...this.environments.map((each) => each.name), LAMP], name = text || names[0];
     const found = this.environments.find((each) => each.name === name);
     if (!found && name !== LAMP) throw new Error(`light "${name}" is none of ${names.join(", ")}`);
-    this.light = found ?? this.environments[0];
+    this.lit = found ?? this.environments[0];
     this.words[2] = name;
     return found ? { surroundings: 1, irradiance: [0, 0, 0] } : { surroundings: 0, irradiance: [Math.PI, Math.PI, Math.PI] };
   }

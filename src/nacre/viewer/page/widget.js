@@ -2,7 +2,9 @@
 
 import { opened } from "./container.js";
 import { Materials } from "./materials.js";
-import { VIEWED, View } from "./view.js";
+import { View } from "./view.js";
+
+const TRAITS = ["shape", "light", "exposure"];
 
 export async function render({ model, el }) {
   const host = el.appendChild(document.createElement("div"));
@@ -12,14 +14,14 @@ export async function render({ model, el }) {
     const { facts, bytes } = await opened(new Uint8Array(buffer, byteOffset, byteLength));
     view?.stop();
     view = host.view = new View(host, { facts, bytes });
-    for (const name of VIEWED) view.set(name, `${model.get(name)}`);
+    for (const name of TRAITS) view.set(name, `${model.get(name)}`);
     resize();
     view.start();
     const [{ name, forms }] = facts.materials;
     view.show((context) => new Materials(facts, bytes, context).shown(forms[0]), name);
   };
   const resize = () => Object.assign(host.style, { width: `${model.get("size")}px`, height: `${model.get("size")}px` });
-  for (const name of VIEWED) model.on(`change:${name}`, () => view?.set(name, `${model.get(name)}`));
+  for (const name of TRAITS) model.on(`change:${name}`, () => view?.set(name, `${model.get(name)}`));
   model.on("change:content", materials);
   model.on("change:size", resize);
   await materials();

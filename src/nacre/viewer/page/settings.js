@@ -1,0 +1,57 @@
+// What an address of the page, and an attribute of <nacre-view>, may say about a scene: one table of names.
+//
+// Each setting has the value it has unless told otherwise, `parse`, which throws an Error in words, and
+// `text`, its opposite.
+
+import { SHAPES } from "./shapes.js";
+
+const DIGITS = 3; // of numbers in addresses
+
+export const ALL_SHAPES = ["sphere", ...Object.keys(SHAPES)];
+
+const shorter = (x) => `${Number(x.toFixed(DIGITS))}`;
+
+function number(text, what, unit) {
+  const found = text.trim() ? Number(text) : NaN;
+  if (!Number.isFinite(found)) throw new Error(`${what} "${text}" is not a number of ${unit}`);
+  return found;
+}
+
+const clamped = (x, [low, high]) => Math.min(Math.max(x, low), high);
+
+function numeric(what, unit, initial, range) {
+  const parse = (text) => (text === "" ? initial : clamped(number(text, what, unit), range));
+  return { initial, range, parse, text: shorter };
+}
+
+function pair(what, unit, initial, ranges) {
+  const parse = (text) => {
+    const parts = text.split(",");
+    if (parts.length !== 2) throw new Error(`${what} "${text}" is not two numbers`);
+    return parts.map((part, k) => clamped(number(part, what, unit), ranges[k]));
+  };
+  return { initial, parse, text: (value) => value.map(shorter).join(",") };
+}
+
+function word(what, words, initial) {
+  const parse = (text) => {
+    const found = text || initial;
+    if (!words.includes(found)) throw new Error(`${what} "${found}" is none of ${words.join(", ")}`);
+    return found;
+  };
+  return { initial, words, parse, text: (value) => value };
+}
+
+export const SETTINGS = {
+  shape: word("shape", ALL_SHAPES, "ball"),
+  stage: word("stage", ["on", "off"], "on"),
+  light: { initial: "", parse: (text) => text, text: (value) => value },
+  rotation: numeric("rotation", "degrees", 0, [-180, 180]),
+  exposure: numeric("exposure", "stops", 0, [-8, 8]),
+  curve: word("curve", ["film", "plain"], "film"),
+  lamp: numeric("lamp", "times", 0, [0, 4]),
+  at: pair("at", "parts of the radius", [-0.5, 0.5], [[-1, 1], [-1, 1]]),
+  turn: pair("turn", "degrees", [0, 0], [[-36000, 36000], [-86, 86]]),
+};
+
+export const initial = () => Object.fromEntries(Object.entries(SETTINGS).map(([name, each]) => [name, each.initial]));
