@@ -26,8 +26,9 @@ from nacre.neural.nbrdf import NeuralBrdf
 from nacre.runtime.progress import Progress, silent
 from nacre.targets.glsl import Glsl
 from nacre.targets.textures import HeightField
+from nacre.viewer.exports import operations_of, shared
 from nacre.viewer.maps import coded
-from nacre.viewer.page import PAGE, document
+from nacre.viewer.page import PAGE, document, packed
 from nacre.viewer.programs import NAME, input_sources, key_of, sampler_source, template
 from nacre.viewer.tables import SAMPLER, as_table, tabulated
 from nacre.viewer.textures import GLSL, PageTexture, formulas, from_above, relief
@@ -96,6 +97,8 @@ class Content:
         Whether materials get thumbnails, as for a shelf.
     tabulate
         Whether a material without a formula becomes a table, which takes seconds.
+    code
+        Whether networks can be written as code on the page.
 
     Attributes
     ----------
@@ -104,16 +107,45 @@ class Content:
     """
 
     def __init__(
-        self, environments: Sequence[Environment], *, thumbnails: bool = True, tabulate: bool = True
+        self,
+        environments: Sequence[Environment],
+        *,
+        thumbnails: bool = True,
+        tabulate: bool = True,
+        code: bool = False,
     ) -> None:
-        self._light, self._tabulate = None, tabulate
+        self._light, self._tabulate, self._prefix = None, tabulate, ""
         if thumbnails:
             self._light = EnvironmentLight(environments[0].exposed(), _DIRECTIONS)
         self.parts: dict[str, bytes] = {}
         self.facts: dict[str, Any] = {"materials": [], "templates": [], "environments": []}
         self.facts |= {"sampler": sampler_source(SAMPLER), "inputs": input_sources()}
+        if code:
+            self.facts["exports"] = shared()
         for environment in environments:
             self._add_environment(environment)
+
+    def beside(self, name: str) -> Content:
+        """An empty content for a file beside the page, whose materials are loaded when asked for.
+
+        It has the name of a kind of material; see :meth:`script`.
+        """
+        other = Content([], thumbnails=False, tabulate=self._tabulate, code="exports" in self.facts)
+        other._light, other._prefix = self._light, f"{name} "
+        return other
+
+    def script(self, name: str) -> bytes:
+        """The file beside a page: a script that hands over its materials, as `kinds.js` takes it.
+
+        A page says in its fact `more` which there are: dictionaries with `name`, `title`, `count`
+        of materials, `size` in words, and `src`, the file's place relative to the page.
+        """
+        kept = "materials", "templates", "textures", GLSL
+        facts = {key: self.facts[key] for key in kept if key in self.facts}
+        if "exports" in self.facts:
+            facts["exports"] = {"samplers": self.facts["exports"]["samplers"]}
+        content = packed(facts, self.parts).decode()
+        return f'nacreMaterials("{name}", "{content}");\n'.encode()
 
     def add(self, entry: Entry) -> None:
         """Add a material.
@@ -151,12 +183,12 @@ class Content:
         if GLSL not in self.facts:
             self.facts[GLSL] = self.part(GLSL, formulas().encode())
         name = f"texture {len(held)}"
-        packed = PageTexture.of(texture, progress)
-        parts = {each: self.part(f"{name} {each}", of) for each, of in packed.parts().items()}
+        made = PageTexture.of(texture, progress)
+        parts = {each: self.part(f"{name} {each}", of) for each, of in made.parts().items()}
         known = {
             "Texels": f"{texture.width} x {texture.height}",
             "Error of the codes": _error(texture.describe().get("MSE x 1e4")),
-            "Added on this page": _error(1e4 * packed.error),
+            "Added on this page": _error(1e4 * made.error),
         }
         shown: dict[str, Any] = {"name": texture.name[:_LONGEST], "parts": parts}
         shown["known"] = {key: said for key, said in known.items() if said} | dict(facts or {})
@@ -164,18 +196,20 @@ class Content:
         if heights is not None:
             relief_facts, field = relief(heights)
             shown["relief"] = relief_facts | {"part": self.part(f"{name} relief", field)}
-        held.append(shown | packed.facts())
+        held.append(shown | made.facts())
 
     def allow(self, network: NeuralBrdf) -> None:
         """Include the template for this network and others with its shape."""
         key = key_of(network)
+        if known := self.facts.get("exports"):
+            known["samplers"] = operations_of(network.sampler, known["samplers"])
         if all(known["key"] != key for known in self.facts["templates"]):
             self.facts["templates"].append(asdict(template(network)))
 
     def part(self, name: str, content: bytes) -> str:
         """Store bytes under a name, and return the name."""
-        self.parts[name] = content
-        return name
+        self.parts[self._prefix + name] = content
+        return self._prefix + name
 
     def page(self, title: str, files: tuple[str, str, str] = PAGE) -> bytes:
         """The page, as UTF-8; it needs only a browser."""
@@ -199,7 +233,9 @@ class Content:
         if not isinstance(brdf, NeuralBrdf):
             return {"glsl": self.part(f"glsl {name}", text.encode())}
         self.allow(brdf)
-        return {"file": self.part(f"file {name}", encode(brdf))}
+        terms = (brdf.source or {}).get("terms")
+        held = {"file": self.part(f"file {name}", encode(brdf))}
+        return held | ({"terms": terms} if terms else {})
 
     def _add_environment(self, environment: Environment) -> None:
         content, facts = coded(_smaller(environment.exposed().pixels))

@@ -10,7 +10,7 @@ from __future__ import annotations
 import copy
 import itertools
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib import resources
 from typing import Any
 
@@ -25,7 +25,8 @@ from nacre.geometry import cosine_hemisphere, uniform_rusinkiewicz
 from nacre.neural.inputs import INPUTS, has_axes, input_count, rotates_half_vector
 from nacre.neural.nbrdf import OUTPUTS, NeuralBrdf
 from nacre.numerics.mlp import Layer
-from nacre.sampling import describe_sampler
+from nacre.sampling import GgxLobe, GgxMixture, describe_sampler
+from nacre.sampling.parametrizations import MixtureParametrization
 from nacre.targets.circular import CIRCULAR
 from nacre.targets.glsl import GlslLanguage
 from nacre.targets.program import PAIR
@@ -53,6 +54,7 @@ def shared() -> dict[str, Any]:
             if (not isotropic or rotates_half_vector(inputs, True))
             and (not angled or has_axes(inputs, isotropic))
         },
+        "samplers": {sampler_key(each): sampling(each) for each in _usual_samplers()},
         "pairs": {
             "angles": _recorded(uniform_rusinkiewicz, (4,)),
             "cosines": _recorded(lambda u: (_cosine(u[:2]), _cosine(u[2:])), (4,)),
@@ -65,6 +67,14 @@ def shared() -> dict[str, Any]:
             "values": {**REFLECTANCE, "REVISION": REVISION},
         },
     }
+
+
+def _usual_samplers() -> Iterator[Sampler]:
+    """Lobes as fits have them: one or two, without axes, along x, or at an angle."""
+    cosines = MixtureParametrization.cosines
+    some = tuple(0.1 + 0.01 * k for k in range(len(cosines)))
+    for count, angle in itertools.product((1, 2), (None, 0.0, 0.5)):
+        yield GgxMixture((GgxLobe(some, some, some, some),) * count, some, some, cosines, angle)
 
 
 def sampler_key(sampler: Sampler) -> str:
@@ -99,7 +109,10 @@ def _values(inputs: str, isotropic: bool, angled: bool) -> Recorded:
     sizes = input_count(inputs, isotropic), 1, OUTPUTS
     # Weights that are the indices of inputs show which of these are constant zeros, and left out.
     layers = [
-        Layer(np.arange(rows * columns, dtype=np.float32).reshape(rows, columns), np.ones(columns))
+        Layer(
+            np.arange(rows * columns, dtype=np.float32).reshape(rows, columns),
+            np.ones(columns, np.float32),
+        )
         for rows, columns in itertools.pairwise(sizes)
     ]
     angle = Datum(0.5, "angle") if angled else 0.0

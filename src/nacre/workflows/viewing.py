@@ -178,7 +178,7 @@ def page_content(
     NacreError
         If there is no material, a page cannot show one, or `heights` or `mapped` cannot be used.
     """
-    content = Content(environments or own_environments())
+    content = Content(environments or own_environments(), code=True)
     entries: list[Entry] = []
     textures: list[Texture] = []
     for material in materials:

@@ -1,12 +1,14 @@
 // The page: what it holds, what is chosen, and the mode that shows it.
 
 import { Address, sceneOf, textsOf } from "./address.js";
+import { Code } from "./code.js";
 import { Compare } from "./compare.js";
 import { Controls } from "./controls.js";
 import { attempt, attributes, button, element, keyed, listed, made, pressed } from "./dom.js";
 import { Drop } from "./drop.js";
 import { Lobes } from "./lobes.js";
 import { Keys } from "./keys.js";
+import { Kinds } from "./kinds.js";
 import { Look } from "./look.js";
 import { Materials } from "./materials.js";
 import { Renderer } from "./renderer.js";
@@ -35,6 +37,8 @@ export class Page {
     this.controls = new Controls(this);
     this.shelf = new Shelf(this, (k) => attempt(() => this.choose(k)));
     this.drop = new Drop(this);
+    this.code = new Code(this);
+    this.kinds = new Kinds(this);
     this.sharing = new Sharing(this);
     this.start();
     this.address = new Address(() => this.state(), (texts) => attempt(() => this.restore(texts)));
@@ -71,12 +75,15 @@ export class Page {
     const { chosen, form, mode, controls, materials } = this, found = {};
     if (mode !== this.modes[0]) found.mode = mode.title.toLowerCase();
     if (chosen && (chosen !== materials.list[0] || form !== chosen.forms[0])) found.material = materials.title(chosen);
+    if (chosen?.kind) found.kind = chosen.kind;
     if (form && form !== chosen.forms[0]) found.form = form.label;
-    return { ...found, ...textsOf(controls.values, controls.first), ...mode.state?.() };
+    const all = { ...found, ...textsOf(controls.values, controls.first), ...mode.state?.() };
+    return Object.fromEntries(Object.entries(all).filter(([, text]) => text !== undefined));
   }
 
   // Show what an address says; what it does not say is as at first.
-  restore(texts) {
+  async restore(texts) {
+    if (this.kinds.has(texts.kind)) await this.kinds.load(texts.kind);
     const { materials } = this, mode = this.modes.find(({ title }) => title.toLowerCase() === texts.mode) ?? this.modes[0];
     const found = materials.list.findIndex((each) => materials.title(each) === texts.material), k = Math.max(found, 0);
     const form = materials.list[k]?.forms.findIndex(({ label }) => label === texts.form) ?? 0, shown = materials.list[k]?.forms[Math.max(form, 0)];
@@ -96,11 +103,40 @@ export class Page {
     const [first] = this.materials.list;
     Object.assign(this, { chosen: first, form: first?.forms[0] });
     this.modes = MODES.filter((Mode) => Mode.available(this)).map((Mode) => new Mode(this));
-    const { notice } = this.facts;
+    const { notice, welcome, links = {} } = this.facts;
     element("notice").hidden = !notice;
     element("notice").lastElementChild.textContent = notice ?? "";
+    element("welcome").hidden = !welcome;
+    element("welcome").textContent = welcome ?? "";
+    element("links").hidden = !Object.keys(links).length;
+    element("links").replaceChildren(...Object.entries(links).map(([text, href]) => made("a", { href }, text)));
     this.tabs();
     if (first) this.choose(0);
+  }
+
+  // Take in the content of another file of the page, materials of a kind.
+  join({ facts, bytes }, kind) {
+    const own = this.bytes;
+    this.bytes = this.materials.bytes = (name) => (Object.hasOwn(facts.parts, name) ? bytes(name) : own(name));
+    for (const each of this.materials.join(facts)) {
+      this.materials.list.push({ ...each, kind });
+      this.shelf.add(each);
+    }
+    Object.assign(this.facts.exports?.samplers ?? {}, facts.exports?.samplers);
+    if (!facts.textures) return;
+    (this.facts.textures ??= []).push(...facts.textures.map((each) => ({ ...each, kind })));
+    this.facts.texture_glsl = facts.texture_glsl;
+    const kept = this.modes.filter((mode) => !(mode instanceof Textures));
+    this.modes = MODES.filter((Mode) => Mode.available(this)).map((Mode) => kept.find((mode) => mode.constructor === Mode) ?? new Mode(this));
+    const open = this.mode;
+    this.tabs();
+    this.open(this.modes.includes(open) ? open : this.modes[0]);
+  }
+
+  openTexture(k) {
+    const mode = this.modes.find((each) => each instanceof Textures);
+    this.open(mode);
+    return mode.choose(k);
   }
 
   tabs() {
@@ -163,6 +199,7 @@ export class Page {
     pressed(buttons, chosen.forms.indexOf(form));
     element("forms").replaceChildren(...(buttons.length < 2 ? [] : buttons));
     element("known").replaceChildren(...listed({ ...chosen.known, ...form.known }));
+    this.code.describe();
     const [, ...lines] = this.caption();
     element("caption").replaceChildren(made("strong", {}, chosen.name), " ", lines.join(" "));
     element("picture").setAttribute("aria-label", `${chosen.name}, ${form.label}; arrow keys turn it`);

@@ -16,10 +16,11 @@ export const TARGETS = {
   three: ["three.js", ".js", module],
 };
 
-// The file of a target, {name, text}, of a network's file; `held` are the page's facts for exports.
-export function exported(target, held, file, title) {
+// The file of a target, {name, text}, of a network's file; `held` are the page's facts for exports, and
+// `terms` those of the material where its file does not say them.
+export function exported(target, held, file, title, terms) {
   const [, ending, write] = TARGETS[target], name = identifier(title);
-  return { name: name + ending, text: write({ held, file, name }) };
+  return { name: name + ending, text: write({ held, file, name, terms }) };
 }
 
 function source(language, given, opening) {
@@ -60,7 +61,7 @@ function functions(language, { held, file, name }) {
 const key = (inputs, ...flags) => `["${inputs}", ${flags.join(", ")}]`; // as Python writes JSON
 
 // Facts about the network, and conventions.
-function preamble({ held, file: { header, tensors } }) {
+function preamble({ held, file: { header, tensors }, terms }) {
   const { quality = {}, fit = {}, source = {}, channels, notes } = header, parts = Object.values(tensors);
   const weights = parts.reduce((sum, { values }) => sum + values.length, 0);
   const half = parts.every(({ type }) => type === "F16"), loss = quality.held_out_loss;
@@ -72,7 +73,7 @@ function preamble({ held, file: { header, tensors } }) {
   }
   if (channels) lines.push(`Channels, in place of red, green and blue: ${channels.map(safe).join(", ")}`);
   if (notes?.length) lines.push(`Notes: ${notes.map(safe).join(" ")}`);
-  return [...lines, `Terms of the source: ${safe(source.terms || "not recorded")}`, "", ...held.conventions];
+  return [...lines, `Terms of the source: ${safe(terms || source.terms || "not recorded")}`, "", ...held.conventions];
 }
 
 // Text on one line, of what no language takes for more than text: nacre.targets.text.safe.

@@ -31,7 +31,18 @@ export class Materials {
   reading(form) {
     if (form.glsl) return { glsl: new TextDecoder().decode(this.bytes(form.glsl)) };
     if (form.table) return shown(this.context, this.whole(form.table), this.sampler);
-    return { glsl: this.network(form.network ?? readTensors(this.bytes(form.file).buffer)) };
+    return { glsl: this.network(this.file(form)) };
+  }
+
+  // The file of a form that is a network.
+  file(form) {
+    return form.network ?? readTensors(this.bytes(form.file).buffer);
+  }
+
+  // Take in those of another file of the page.
+  join({ materials, templates }) {
+    for (const each of templates) this.templates.set(JSON.stringify(JSON.parse(each.key)), each);
+    return materials;
   }
 
   // A table with the numbers of its parts.

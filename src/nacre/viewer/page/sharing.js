@@ -18,15 +18,18 @@ export class Sharing {
     this.timer = setTimeout(() => (this.said.textContent = ""), 4000);
   }
 
-  // Without a clipboard the address is left in a field, chosen, to be copied by hand.
-  async copy() {
-    const { href } = this.page.address;
+  copy() {
+    return this.copied(this.page.address.href, "Link copied", "Link to this view");
+  }
+
+  // Without a clipboard the text is left in a field, chosen, to be copied by hand.
+  async copied(text, said, label) {
     try {
-      await navigator.clipboard.writeText(href);
-      this.tell("Link copied");
+      await navigator.clipboard.writeText(text);
+      this.tell(said);
     } catch {
-      const field = made("input", { value: href, readOnly: true, "aria-label": "Link to this view" });
-      this.said.replaceChildren("Copy this link: ", field);
+      const field = made("textarea", { value: text, readOnly: true, rows: 1, "aria-label": label });
+      this.said.replaceChildren(`Copy this: `, field);
       clearTimeout(this.timer);
       field.select();
     }

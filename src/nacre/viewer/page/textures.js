@@ -26,27 +26,35 @@ export class Textures extends Mode {
       const inside = [made("img", { src: page.shelf.packed(thumbnail), alt: "" }), made("span", {}, name)];
       return button(inside, () => this.choose(k), { className: "material", "aria-pressed": "false" });
     });
+    const { view } = textured, change = (name) => (value) => {
+      textured.change({ [name]: value });
+      page.touched();
+    };
     this.light = choice("Lamp", [["still", "Still"], ["circle", "Around"], ["sweep", "From side to side"]], (path) => this.follow(path));
-    this.depth = range("Relief", [0, 2, 0.05, 1], (depth) => textured.change({ depth }));
+    // What the address holds of this mode, by name: the inputs of Textured.view.
+    this.inputs = {
+      shape: choice("Surface", SHAPES, change("shape")),
+      repeats: range("Repeats", [1, 16, 1, view.repeats], change("repeats")),
+      tilt: range("Tilt (degrees)", [0, 80, 1, view.tilt], change("tilt")),
+      zoom: range("Zoom", [1, 8, 0.1, view.zoom], change("zoom")),
+      depth: range("Relief", [0, 2, 0.05, view.depth], change("depth")),
+    };
+    this.first = { ...view };
     this.known = made("dl");
     this.name = made("h2");
+    const { shape, ...ranges } = this.inputs;
     this.panel.append(
       this.name,
       made("div", { className: "group", role: "group", "aria-label": "Textures" }, ...this.buttons),
-      made("div", { className: "settings" },
-        choice("Surface", SHAPES, (shape) => textured.change({ shape })),
-        this.light,
-        range("Repeats", [1, 16, 1, 1], (repeats) => textured.change({ repeats })),
-        range("Tilt (degrees)", [0, 80, 1, 30], (tilt) => textured.change({ tilt })),
-        range("Zoom", [1, 8, 0.1, 1.3], (zoom) => textured.change({ zoom })),
-        this.depth),
+      made("div", { className: "settings" }, shape, this.light, ...Object.values(ranges)),
       this.known,
     );
     // Moving the lamp by hand takes it off its path.
     for (const event of ["pointerdown", "keydown"]) page.controls.handle.addEventListener(event, (e) => {
       if (e.key === undefined || e.key.startsWith("Arrow")) this.follow("still");
     });
-    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.follow("circle");
+    this.usual = matchMedia("(prefers-reduced-motion: reduce)").matches ? "still" : "circle";
+    this.follow(this.usual);
   }
 
   // Show a texture, once it is unpacked; resolves then.
@@ -55,11 +63,36 @@ export class Textures extends Mode {
     pressed(this.buttons, k);
     this.name.textContent = facts.name;
     this.known.replaceChildren(...listed(facts.known));
-    this.depth.hidden = !facts.relief;
+    this.inputs.depth.hidden = !facts.relief;
     this.chosen = k;
+    page.touched();
     if (!read.has(k)) read.set(k, this.textured.loaded(facts, page.bytes, (part) => (facts.part = part)));
     const texture = await read.get(k);
     if (this.chosen === k) this.textured.show(texture);
+  }
+
+  // Its part of the address: what is not as at first.
+  state() {
+    const { chosen, held, first, textured: { view }, path } = this, found = {};
+    if (chosen) found.texture = `${chosen + 1}`;
+    if (held[chosen]?.kind) found.kind = held[chosen].kind;
+    for (const name of Object.keys(this.inputs)) if (view[name] !== first[name]) found[`texture-${name}`] = `${view[name]}`;
+    if (path !== "still") found.at = undefined; // the lamp is anywhere
+    return path === this.usual ? found : { ...found, "lamp-path": path };
+  }
+
+  restore(texts) {
+    const found = {};
+    for (const [name, { lastChild: input }] of Object.entries(this.inputs)) {
+      const text = texts[`texture-${name}`];
+      input.value = text ?? this.first[name];
+      if (!input.value) input.value = this.first[name]; // a choice that there is not
+      found[name] = input.type === "range" ? Number(input.value) : input.value;
+    }
+    this.textured.change(found);
+    this.follow(Object.hasOwn(PATHS, texts["lamp-path"] ?? "") || texts["lamp-path"] === "still" ? texts["lamp-path"] : this.usual);
+    const k = Number(texts.texture ?? 1) - 1;
+    return this.choose(this.held[k] ? k : 0);
   }
 
   // The chosen texture is not unpacked yet.
@@ -72,6 +105,7 @@ export class Textures extends Mode {
     this.path = path;
     this.light.lastChild.value = path;
     this.times = [];
+    this.page.touched();
   }
 
   open() {
