@@ -241,7 +241,7 @@ def test_files_are_dropped_and_what_fails_is_said(chromium: Any, tmp_path: Path)
             ".binary, .bsdf, .mbsdf",
             "cut.binary: ends within the header; the file is cut short",
         ]
-        listed = tab.page.locator(".material span:last-child").all_text_contents()
+        listed = tab.page.locator(".material .title").all_text_contents()
         assert listed == ["One", "<b>paint", "dark"]
         assert tab.page.locator("#name").text_content() == "dark"
         wi, wo = (hemisphere(np.random.default_rng(seed), 50) for seed in (0, 1))

@@ -66,7 +66,7 @@ def rendered(
 @pytest.fixture(scope="module")
 def tab(chromium: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
     """One page for all pictures."""
-    furnace = Environment(np.ones((2, 4, 3), np.float32), "Furnace")
+    furnace = Environment(np.ones((*MAP_SIZE[::-1], 3), np.float32), "Furnace")
     entries = [Entry(name, {"Only": material(name)}) for name in MATERIALS]
     with Tab(chromium, tmp_path_factory.mktemp("pictures")) as opened:
         opened.open(page("Pictures", entries, [studio(MAP_SIZE[1]), furnace]))

@@ -25,7 +25,7 @@ from tests.measured.support import hemisphere, material, tensor_bytes
 from tests.specimens.tables import mbsdf_file
 from tests.tiers import tiered
 from tests.viewer.tab import Tab, page
-from tests.viewer.test_pictures import environment, integrated, rendered
+from tests.viewer.test_pictures import MAP_SIZE, environment, integrated, rendered
 
 AZIMUTHS = {
     "isotropic": (0.0,),
@@ -91,7 +91,7 @@ def tab(chromium: Any, folder: Path) -> Iterator[Tab]:
     entries = [Entry(name, {"Measured": table(folder, name)}) for name in names]
     entries.append(Entry(NEAREST, {"Measured": load_merl(folder / "merl-f8.binary", NEAREST)}))
     with mock.patch("nacre.viewer.content._THUMBNAIL", 4):  # they would take most of the time
-        content = page("Tables", entries, [studio()])
+        content = page("Tables", entries, [studio(MAP_SIZE[1])])
     with Tab(chromium, folder) as opened:
         opened.open(content)
         opened.page.evaluate(WITHOUT_PICTURES)

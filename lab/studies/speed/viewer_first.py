@@ -1,8 +1,8 @@
-"""What a page of `nacre view` shows 1, 2 and 8 seconds after it is opened, in Chromium on SwiftShader.
+"""What a page of `nacre view` shows 1, 2 and 8 seconds after it is opened, on SwiftShader.
 
-For windows of a phone, a tablet and a desktop: the PSNR of the canvas, as shown, against the same
-picture converged (drawn until the page says so and its filter has faded), beside pairs of directions a
-pixel. Screenshots are written where a folder is named.
+For windows of a phone, a tablet and a desktop in Chromium: the PSNR of the canvas, as shown,
+against the same picture once its filter has faded, beside pairs of directions a pixel. Screenshots
+are written where a folder is named.
 
 Run `python -m lab.studies.speed.viewer_first PAGE --screenshots FOLDER` on a page that `nacre view`
 wrote.

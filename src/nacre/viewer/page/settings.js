@@ -5,11 +5,11 @@
 
 import { SHAPES } from "./shapes.js";
 
-const DIGITS = 3; // of numbers in addresses
+const DIGITS = 3, FINE = 7; // of numbers in addresses
 
 export const ALL_SHAPES = ["sphere", ...Object.keys(SHAPES)];
 
-const shorter = (x) => `${Number(x.toFixed(DIGITS))}`;
+const shorter = (x, digits = DIGITS) => `${Number(x.toFixed(digits))}`;
 
 function number(text, what, unit) {
   const found = text.trim() ? Number(text) : NaN;
@@ -21,16 +21,16 @@ const clamped = (x, [low, high]) => Math.min(Math.max(x, low), high);
 
 function numeric(what, unit, initial, range) {
   const parse = (text) => (text === "" ? initial : clamped(number(text, what, unit), range));
-  return { initial, range, parse, text: shorter };
+  return { initial, range, parse, text: (value) => shorter(value) };
 }
 
-function pair(what, unit, initial, ranges) {
+function pair(what, unit, initial, ranges, digits) {
   const parse = (text) => {
     const parts = text.split(",");
     if (parts.length !== 2) throw new Error(`${what} "${text}" is not two numbers`);
     return parts.map((part, k) => clamped(number(part, what, unit), ranges[k]));
   };
-  return { initial, parse, text: (value) => value.map(shorter).join(",") };
+  return { initial, parse, text: (value) => value.map((x) => shorter(x, digits)).join(",") };
 }
 
 function word(what, words, initial) {
@@ -50,8 +50,8 @@ export const SETTINGS = {
   exposure: numeric("exposure", "stops", 0, [-8, 8]),
   curve: word("curve", ["film", "plain"], "film"),
   lamp: numeric("lamp", "times", 0, [0, 4]),
-  at: pair("at", "parts of the radius", [-0.5, 0.5], [[-1, 1], [-1, 1]]),
-  turn: pair("turn", "degrees", [0, 0], [[-36000, 36000], [-86, 86]]),
+  at: pair("at", "parts of the radius", [-0.5, 0.5], [[-1, 1], [-1, 1]], FINE),
+  turn: pair("turn", "degrees", [0, 0], [[-36000, 36000], [-86, 86]], DIGITS),
 };
 
 export const initial = () => Object.fromEntries(Object.entries(SETTINGS).map(([name, each]) => [name, each.initial]));
