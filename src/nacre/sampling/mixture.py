@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 
 from nacre.array import Array, Components, namespace
 from nacre.brdf import Sampler
+from nacre.compile.data import computed
 from nacre.geometry import azimuth, half_vector, reflect
 from nacre.sampling.visible_normals import MIN_ROUGHNESS, sample_visible, visible_density
 
@@ -183,7 +184,7 @@ def lobe_frame(wo: Components, angle: float | None) -> tuple[tuple[Array, Array]
     if angle is None:
         cos, sin, sin_theta = azimuth(wo)
         return (cos, sin), (sin_theta, 0.0, wo[2])
-    axis = math.cos(angle), math.sin(angle)
+    axis = computed("cos", math.cos, angle), computed("sin", math.sin, angle)
     return axis, in_frame(wo, *axis)
 
 

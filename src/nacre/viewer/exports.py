@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Components
-from nacre.brdf import Sampler, eval_formula, pdf_formula, sample_formula
+from nacre.brdf import Sampler, above_horizon, pdf_formula, sample_formula
 from nacre.compile.data import Datum, as_data
 from nacre.compile.pairs import inside
 from nacre.compile.trace import FLOAT, Trace
@@ -115,9 +115,19 @@ def _values(inputs: str, isotropic: bool, angled: bool) -> Recorded:
         )
         for rows, columns in itertools.pairwise(sizes)
     ]
-    angle = Datum(0.5, "angle") if angled else 0.0
-    network = NeuralBrdf(layers, isotropic=isotropic, inputs=inputs, angle=angle)
-    return _recorded(lambda wi, wo: eval_formula(network, wi, wo), tuple(PAIR.values()))
+    network = NeuralBrdf(layers, isotropic=isotropic, inputs=inputs)
+
+    def formula(wi: Components, wo: Components) -> Sequence[Any]:
+        turned = (_turned(wi), _turned(wo)) if angled else (wi, wo)
+        return (above_horizon(network.eval_components(*turned), wi, wo),)
+
+    return _recorded(formula, tuple(PAIR.values()))
+
+
+def _turned(w: Components) -> Components:
+    """A direction in the frame of the inputs' axes, as :func:`nacre.geometry.rotate` has it."""
+    cos, sin = Datum(1.0, ("cos", "angle")), Datum(0.0, ("neg", ("sin", "angle")))
+    return cos * w[0] - sin * w[1], sin * w[0] + cos * w[1], w[2]
 
 
 def _recorded(formula: Callable[..., Sequence[Any]], counts: Sequence[int]) -> Recorded:

@@ -39,6 +39,8 @@ function module(given) {
 
 const comments = (lines) => lines.map((line) => `// ${line}`.trimEnd());
 
+const pruned = new WeakMap(); // layers by file: a file may be written in several languages
+
 // NAME_eval, NAME_sample and NAME_pdf.
 function functions(language, { held, file, name }) {
   const { header, tensors } = file, [inputs, isotropic, sizes, activation] = keyOf(header), datum = datumOf(header);
@@ -46,16 +48,21 @@ function functions(language, { held, file, name }) {
   const recorded = held.values[key(inputs, isotropic, angled)];
   const sampling = held.samplers[JSON.stringify([shape(header.sampler), Boolean(header.sampler.angle)])];
   if (!recorded || !sampling) throw new FileError("has a sampler that this page cannot write; export it with nacre export");
-  let layers = sizes.slice(1).map((_, k) => ({ weights: tensors[`weights_${k + 1}`].values, biases: tensors[`biases_${k + 1}`].values }));
-  // Inputs that are always zero are left out.
-  const [{ weights, biases }] = layers, rows = biases.length;
-  layers[0] = { weights: Float32Array.from(recorded.inputs.flatMap((k) => Array.from(weights.slice(k * rows, (k + 1) * rows)))), biases };
-  layers = active(layers, squared, held, recorded, datum);
+  if (!pruned.has(file)) pruned.set(file, active(used(sizes, tensors, recorded.inputs), squared, held, recorded, datum));
+  const layers = pruned.get(file);
   const count = layers.reduce((sum, { weights, biases }) => sum + weights.length + biases.length, 0);
   if (count > MOST) throw new FileError(`has ${count} weights, more than the ${MOST} that compilers take as literals`);
   const formulas = { eval: traced(recorded, layers, squared, datum) };
   for (const each of ["sample", "pdf"]) formulas[each] = replayed(sampling[each], datum);
   return Object.entries(formulas).map(([each, formula]) => written(language, `${name}_${each}`, PARAMETERS[each], formula));
+}
+
+// Layers of a file, without the inputs that are always zero: `inputs` are the others.
+function used(sizes, tensors, inputs) {
+  const layers = sizes.slice(1).map((_, k) => ({ weights: tensors[`weights_${k + 1}`].values, biases: tensors[`biases_${k + 1}`].values }));
+  const [{ weights, biases }] = layers, rows = biases.length;
+  layers[0] = { weights: Float32Array.from(inputs.flatMap((k) => Array.from(weights.slice(k * rows, (k + 1) * rows)))), biases };
+  return layers;
 }
 
 const key = (inputs, ...flags) => `["${inputs}", ${flags.join(", ")}]`; // as Python writes JSON

@@ -5,14 +5,14 @@ import { replayed } from "./trace.js";
 const PAIRS = 1 << 16, MARGIN = 0.02;
 const MULTIPLIER = 0x2360ed051fc65da44385df649fccf645n, WHOLE = (1n << 128n) - 1n, LOW = (1n << 64n) - 1n;
 
-const seen = new Map(); // inputs at the pairs, by what they are computed from
+const seen = new WeakMap(); // the last inputs at the pairs, with their open numbers, by formula
 
 // Layers without the units that stay below zero, with a margin, at all pairs of directions. `held` are the
 // page's facts for exports; `recorded` is the formula of the inputs, and `datum` gives its numbers.
 export function active(layers, squared, held, recorded, datum) {
-  const key = JSON.stringify(recorded.operations.map(([name, place]) => (name === "datum" ? datum(place) : name)));
-  if (!seen.has(key)) seen.set(key, inputs(held, recorded, datum));
-  const at = seen.get(key);
+  const open = `${recorded.operations.map(([name, place]) => (name === "datum" ? datum(place) : ""))}`;
+  if (seen.get(recorded)?.open !== open) seen.set(recorded, { open, at: inputs(held, recorded, datum) });
+  const { at } = seen.get(recorded);
   let { values } = at;
   const kept = layers.map(({ weights, biases }) => ({ weights, biases }));
   for (let k = 0; k < layers.length - 1; k++) {

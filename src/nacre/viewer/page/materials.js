@@ -36,7 +36,7 @@ export class Materials {
 
   // The file of a form that is a network.
   file(form) {
-    return form.network ?? readTensors(this.bytes(form.file).buffer);
+    return form.network ?? (form.opened ??= readTensors(this.bytes(form.file).buffer));
   }
 
   // Take in those of another file of the page.
