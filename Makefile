@@ -87,9 +87,10 @@ included: setup  ## Make the materials that come with nacre anew, of NACRE_DATA=
 	$(RUN) scripts/included.py "$(NACRE_DATA)"
 	$(foreach name,$(SHOWPIECES),$(call texture,$(name),128,src/nacre/included/captured))
 
-site:  ## The pages of docs/ and the API reference in out/site, to be opened from disk.
+site:  ## Materials to look at and fit, and behind them docs/ and the API reference, in out/site.
 	$(SETUP) docs
 	EAGER_IMPORT=1 NO_MKDOCS_2_WARNING=1 $(RUN) -m mkdocs build
+	$(RUN) scripts/front.py out/site
 
 notebooks:  ## Run the notebooks of docs/ and keep what their cells give in them: minutes.
 	$(SETUP) docs

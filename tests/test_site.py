@@ -36,7 +36,9 @@ class Addresses(HTMLParser):
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """All pages; of the API reference one module, since all take a minute."""
-    folder = tmp_path_factory.mktemp("site")
+    folder = tmp_path_factory.mktemp("site") / "docs"
+    folder.mkdir()
+    (folder.parent / "index.html").touch()  # the front
     status, output = build(ROOT, "--site-dir", str(folder))
     assert status == 0, output
     return folder

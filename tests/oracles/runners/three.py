@@ -14,20 +14,20 @@ from tests.oracles.runner import FEW, Runner
 from tests.oracles.runners import browser
 
 PAGE = Path(__file__).parents[1] / "page"
-_INSTALLED = Path(sys.prefix) / "three" / "node_modules" / "three"  # by scripts/setup.py
+INSTALLED = Path(sys.prefix) / "three" / "node_modules" / "three"  # by scripts/setup.py
 _WIDTH = 1024
 _COMPONENTS = {"eval": 3, "sample": 4, "pdf": 1}
 
 
 def missing() -> str | None:
     """What pages with three.js need and this machine does not have."""
-    return browser.missing() or (None if _INSTALLED.is_dir() else "three.js (make tools, with npm)")
+    return browser.missing() or (None if INSTALLED.is_dir() else "three.js (make tools, with npm)")
 
 
 def page() -> dict[str, bytes | Path]:
     """Files of a page that imports `three` and `three/webgpu`."""
     shown = {name: (PAGE / name).read_bytes() for name in ("index.html", "scene.js")}
-    return {"three": _INSTALLED, **shown, **browser.scripts("shared.js", "three.js")}
+    return {"three": INSTALLED, **shown, **browser.scripts("shared.js", "three.js")}
 
 
 class _ThreeRunner(Runner):
