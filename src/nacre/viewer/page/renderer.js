@@ -42,6 +42,7 @@ export class Renderer extends Context {
 
   resize(width, height) {
     Object.assign(this.canvas, { width, height });
+    this.stale = true; // the canvas is empty now
     for (const target of [this.points, ...this.pictures.flatMap((each) => each.sums)]) if (target) this.free(target);
     this.size = [width, height];
     this.points = this.target(3, this.size, true);
