@@ -142,6 +142,29 @@ def test_the_ball_stands_on_its_base_before_the_ground(tab: Tab) -> None:
     assert radii.max() < 1.001
 
 
+def test_a_sketch_comes_first_and_nothing_is_ever_blank(tab: Tab) -> None:
+    tab.open(content())
+    steps = tab.page.evaluate(
+        """async () => {
+          const { renderer, mode } = window.page, { gl, canvas } = renderer, found = [];
+          window.page.loop = () => {};
+          await new Promise((done) => setTimeout(done, 50));
+          renderer.resize(64, 48);
+          for (let k = 0; k < 5; k++) {
+            if (k === 3) window.page.controls.set("shape", "knot");
+            mode.draw();
+            const pixel = new Uint8Array(4);
+            gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+            gl.readPixels(1, 1, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+            found.push([canvas.width, renderer.frames, pixel[1] > 20 && pixel[3] === 255]);
+          }
+          return found;
+        }"""
+    )
+    widths_and_frames = [(32, 1), (64, 1), (64, 2), (32, 1), (64, 1)]
+    assert steps == [[width, frames, True] for width, frames in widths_and_frames]
+
+
 @pytest.mark.slow
 def test_a_first_picture_is_close_to_the_converged_one(tab: Tab) -> None:
     tab.open(content())

@@ -1,6 +1,6 @@
 """Pages of `nacre view`: bytes, first pictures, frames and convergence, in Chromium on SwiftShader.
 
-Each page is opened anew every round. A picture counts as converged at the frame where the page says
+Each page is opened anew every round. Frames are those of a sphere without a stage. A picture counts as converged at the frame where the page says
 so; its PSNR, as shown, is against one of eight times as many frames.
 
 Run `python -m lab.studies.speed.viewer PAGE...` on pages that `nacre view` wrote.
@@ -28,6 +28,7 @@ FRAMES = """async (count) => {
   const { renderer } = window.page, { gl } = renderer, times = [], pixel = new Uint8Array(4);
   window.page.loop = () => {};
   await new Promise((done) => setTimeout(done, 300));
+  renderer.change({ stage: false, film: false, shape: "sphere" });
   renderer.restart();
   for (let k = 0; k < count; k++) {
     const start = performance.now();

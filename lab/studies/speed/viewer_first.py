@@ -35,8 +35,10 @@ CONVERGED = """async () => {
   const { renderer, mode } = window.page;
   window.page.loop = () => {};
   await new Promise((done) => setTimeout(done, 300));
-  for (let k = 0; k < 256; k++) {
-    mode.draw();
+  while (renderer.frames < 1 || mode.whole) mode.draw();
+  renderer.pairs = 8;
+  while (renderer.drawn < 256) {
+    renderer.frame();
     const fence = renderer.gl.fenceSync(renderer.gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     renderer.gl.flush();
     while (renderer.gl.clientWaitSync(fence, 0, 0) === renderer.gl.TIMEOUT_EXPIRED)

@@ -7,18 +7,18 @@
 // they fetch from, by name.
 
 import { tables } from "./light.js";
+import { LIT } from "./lit.js";
 import { pixelsOf } from "./maps.js";
 import { Meter } from "./meter.js";
 import { moved } from "./sequence.js";
-import { FRAMES, LIT, POINTS, SHOWN, SPHERE, VALUES, VERTEX } from "./shaders.js";
+import { FRAMES, POINTS, SHOWN, SPHERE, VALUES, VERTEX } from "./shaders.js";
 import { SHAPES } from "./shapes.js";
 import { Smoothing } from "./smooth.js";
-import { baseOf, camera, STAGED } from "./stage.js";
+import { PAPER, standing } from "./stage.js";
 import { BASE, MATERIAL, STAGE_POINTS } from "./stage_shaders.js";
 import { Context, WHOLE } from "./webgl.js";
 
 const UPRIGHT = [1, 0, 0, 0, 1, 0, 0, 0, 1];
-const BODIES = 20, PAPER = 0.42; // as in stage_shaders.js
 
 export const SCALE = 0.97; // of shapes, which fit the unit sphere
 
@@ -42,6 +42,7 @@ export class Renderer extends Context {
 
   resize(width, height) {
     Object.assign(this.canvas, { width, height });
+    this.stale = true; // the canvas is empty now
     for (const target of [this.points, ...this.pictures.flatMap((each) => each.sums)]) if (target) this.free(target);
     this.size = [width, height];
     this.points = this.target(3, this.size, true);
@@ -122,18 +123,12 @@ export class Renderer extends Context {
 
   // Draw the points of the stage; returns what else its light depends on.
   staged(shift) {
-    const { shape, turn, surroundings } = this.scene, { bodies, base, groove, mesh } = STAGED[shape];
-    const values = { ...camera(turn, this.size), shift };
-    this.begin(this.points);
+    const { mesh, base, values } = standing(this.scene, this.size, this.floor), { shape } = this.scene;
     const program = this.program(STAGE_POINTS(VERTEX), FRAMES);
-    this.meshed(program, { ...values, kind: MATERIAL }, this.shape(`staged ${shape}`, mesh));
-    if (base[0]) this.meshed(program, { ...values, turn: UPRIGHT, kind: BASE }, this.shape(`base ${base}`, () => baseOf(base)));
-    const whole = turned(values.turn, bodies), [x, y, z, ...edges] = groove ?? [0, 1, 0, 2, -2];
-    return {
-      ...values, staged: true, bodies: [...whole.flat(), ...Array(4 * (BODIES - bodies.length)).fill(0)], bodied: bodies.length, base,
-      groove: turned(values.turn, [[x, y, z, 0]])[0].slice(0, 3), edges,
-      paper: this.floor.map((light) => surroundings * light),
-    };
+    this.begin(this.points);
+    this.meshed(program, { ...values, shift, kind: MATERIAL }, this.shape(`staged ${shape}`, mesh));
+    if (base) this.meshed(program, { ...values, shift, turn: UPRIGHT, kind: BASE }, this.shape(`base of ${shape}`, base));
+    return { ...values, shift, staged: true };
   }
 
   // A mesh by name, made when it is first asked for.
@@ -184,25 +179,6 @@ export class Renderer extends Context {
     return this.read(picture.latest);
   }
 
-  // The numbers of a target once the graphics card has them: waiting for it would freeze the page.
-  async later({ buffer, size: [width, height] }) {
-    const { gl } = this, values = new Float32Array(4 * width * height), held = gl.createBuffer();
-    gl.bindFramebuffer(gl.FRAMEBUFFER, buffer);
-    gl.readBuffer(gl.COLOR_ATTACHMENT0);
-    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, held);
-    gl.bufferData(gl.PIXEL_PACK_BUFFER, values.byteLength, gl.STREAM_READ);
-    gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, 0);
-    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
-    const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
-    while (gl.clientWaitSync(fence, gl.SYNC_FLUSH_COMMANDS_BIT, 0) === gl.TIMEOUT_EXPIRED) await new Promise(requestAnimationFrame);
-    gl.deleteSync(fence);
-    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, held);
-    gl.getBufferSubData(gl.PIXEL_PACK_BUFFER, 0, values);
-    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
-    gl.deleteBuffer(held);
-    return values;
-  }
-
   // Reflectance and `more`, the density of samples, four numbers a pair, of directions with three
   // numbers each.
   values({ glsl, textures = {} }, wi, wo, more = "material_pdf(wi, wo)") {
@@ -220,7 +196,3 @@ export class Renderer extends Context {
     return found;
   }
 }
-
-// Points or directions (their first three numbers) turned by a matrix of columns.
-const turned = (m, all) =>
-  all.map(([x, y, z, more]) => [...[0, 1, 2].map((k) => m[k] * x + m[3 + k] * y + m[6 + k] * z), more]);

@@ -2,6 +2,7 @@
 
 import { made } from "./dom.js";
 import { exrOf } from "./exr.js";
+import { later } from "./readback.js";
 import { handOver } from "./save.js";
 
 const MARGIN = 16, LINE = 22; // CSS pixels of the caption below a saved picture
@@ -63,7 +64,7 @@ export class Sharing {
   async exr() {
     const { renderer } = this.page;
     if (!renderer.pictures.length) throw new Error("There is no light to save here.");
-    const { size: [width, height], drawn } = renderer, sums = await renderer.later(renderer.pictures[0].latest);
+    const { size: [width, height], drawn } = renderer, sums = await later(renderer, renderer.pictures[0].latest);
     const pixels = new Float32Array(sums.length);
     for (let y = 0; y < height; y++)
       pixels.set(sums.subarray(4 * width * y, 4 * width * (y + 1)), 4 * width * (height - 1 - y));

@@ -6,6 +6,8 @@
 import { GROOVE, RADIUS, TURN, ball, cloth, grid, tube, turnedKnot } from "./shapes.js";
 
 export const FLOOR = -1.12;
+export const PAPER = 0.42; // its albedo
+export const BODIES = 20; // spheres at most
 const BASE = [0.6, -0.88], BEVEL = 0.045;
 const TARGET = [0, -0.1, 0], DISTANCE = 7.6, PITCH = 0.2, PITCHES = [0.06, 1.35];
 const FIELD = Math.tan(0.19); // of half the picture's smaller edge
@@ -53,7 +55,7 @@ function axis() {
 }
 
 // A cylinder with a rounded edge.
-export const baseOf = ([radius, top]) => grid(80, 20, (u, v) => {
+const baseOf = ([radius, top]) => grid(80, 20, (u, v) => {
   const phi = TURN * u, bend = Math.min(Math.max((v - 0.3) / 0.4, 0), 1) * (Math.PI / 2);
   const down = Math.max(0.3 - v, 0) / 0.3, inward = Math.max(v - 0.7, 0) / 0.3;
   const out = (radius - BEVEL + BEVEL * Math.cos(bend)) * (1 - 0.999 * inward);
@@ -74,6 +76,24 @@ export function camera(turn, [width, height]) {
     turn: [turn[0], 0, -turn[6], 0, 1, 0, turn[6], 0, turn[0]],
   };
 }
+
+// What is drawn of a scene on its stage: {mesh, base, values}, functions that make meshes, and what shaders
+// need. `floor` is the light of paper where nothing stands.
+export function standing({ shape, turn, surroundings }, size, floor) {
+  const { bodies, base, groove, mesh } = STAGED[shape], values = camera(turn, size);
+  const whole = turned(values.turn, bodies), [x, y, z, ...edges] = groove ?? [0, 1, 0, 2, -2];
+  return {
+    mesh, base: base[0] ? () => baseOf(base) : null,
+    values: {
+      ...values, bodies: [...whole.flat(), ...Array(4 * (BODIES - bodies.length)).fill(0)], bodied: bodies.length, base,
+      groove: turned(values.turn, [[x, y, z, 0]])[0].slice(0, 3), edges, paper: floor.map((light) => surroundings * light),
+    },
+  };
+}
+
+// Points or directions (their first three numbers) turned by a matrix of columns.
+const turned = (m, all) =>
+  all.map(([x, y, z, more]) => [...[0, 1, 2].map((k) => m[k] * x + m[3 + k] * y + m[6 + k] * z), more]);
 
 // Where the middle of a staged shape is seen, and how large a unit is there, in halves of the height.
 export function middle(turn, size) {

@@ -1,7 +1,7 @@
 // Shaders of the stage: its points, what stands in the way of light, and light on the ground.
 
 import { HEAD } from "./webgl.js";
-import { FLOOR } from "./stage.js";
+import { BODIES, FLOOR, PAPER } from "./stage.js";
 
 // What a pixel shows, beside the ground.
 export const MATERIAL = 1;
@@ -28,14 +28,14 @@ uniform bool staged;
 uniform mat3 view;
 uniform vec4 eye;         // where the viewer is, or toward it where the fourth number is 0
 uniform vec2 focal, shift;
-uniform vec4 bodies[20];  // spheres: centers and radii
+uniform vec4 bodies[${BODIES}];  // spheres: centers and radii
 uniform int bodied;       // how many there are
 uniform vec2 base;        // radius and top of a cylinder on the ground
 uniform vec3 groove;      // its axis; it lies between two cosines, of which the first is 2 where there is none
 uniform vec2 edges;
 uniform vec3 paper;       // radiance of the ground where nothing stands
 
-const float FLOOR = ${FLOOR.toFixed(4)}, PAPER = 0.42, PLASTIC = 0.03;
+const float FLOOR = ${FLOOR.toFixed(4)}, PAPER = ${PAPER.toFixed(4)}, PLASTIC = 0.03;
 
 bool behind_sphere(vec3 p, vec3 w, vec4 body) {
   vec3 from = p - body.xyz;
