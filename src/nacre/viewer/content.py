@@ -24,6 +24,7 @@ from nacre.neural.nbrdf import NeuralBrdf
 from nacre.runtime.progress import Progress, silent
 from nacre.targets.glsl import Glsl
 from nacre.targets.textures import HeightField
+from nacre.viewer import fits
 from nacre.viewer.page import PAGE, document
 from nacre.viewer.programs import NAME, input_sources, key_of, sampler_source, template
 from nacre.viewer.tables import SAMPLER, as_table, tabulated
@@ -170,6 +171,8 @@ class Content:
 
     def page(self, title: str, files: tuple[str, str, str] = PAGE) -> bytes:
         """The page, as UTF-8; it needs only a browser."""
+        if files == PAGE:  # others show what they are given
+            self.facts["fit"] = fits.facts(self.part("kernel", fits.kernel()))
         return document(title, self.facts, self.parts, files)
 
     def _form(self, name: str, brdf: Brdf) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """The page as one file: markup, style and scripts from the folder `page`, and its content.
 
 The page loads nothing, and its content security policy allows nothing else: one script and one
-style, by their hashes, and workers and pictures that the script makes.
+style, by their hashes, and workers, pictures and WebAssembly that the script makes.
 """
 
 from __future__ import annotations
@@ -60,8 +60,8 @@ def document(
         if re.search("</(script|style)", part, re.IGNORECASE):
             raise ValueError("a script or style would end within itself")
     policy = (
-        f"default-src 'none'; script-src '{_hash(code)}' blob:; style-src '{_hash(style)}'; "
-        "img-src data: blob:; worker-src blob:; base-uri 'none'; form-action 'none'"
+        f"default-src 'none'; script-src '{_hash(code)}' blob: 'wasm-unsafe-eval'; "
+        f"style-src '{_hash(style)}'; img-src data: blob:; worker-src blob:; base-uri 'none'; form-action 'none'"
     )
     filled = {
         "POLICY": html.escape(policy),

@@ -4,6 +4,7 @@ import { Compare } from "./compare.js";
 import { Controls } from "./controls.js";
 import { attempt, attributes, button, element, keyed, listed, pressed } from "./dom.js";
 import { Drop } from "./drop.js";
+import { Fitting } from "./fitting.js";
 import { Lobes } from "./lobes.js";
 import { Look } from "./look.js";
 import { Materials } from "./materials.js";
@@ -26,6 +27,7 @@ export class Page {
     this.controls = new Controls(this);
     this.shelf = new Shelf(this, (k) => attempt(() => this.choose(k)));
     this.drop = new Drop(this);
+    this.fitting = new Fitting(this);
     this.start();
     this.loop();
   }
@@ -99,6 +101,7 @@ export class Page {
     pressed(buttons, chosen.forms.indexOf(form));
     element("forms").replaceChildren(...(buttons.length < 2 ? [] : buttons));
     element("known").replaceChildren(...listed({ ...chosen.known, ...form.known }));
+    this.fitting.describe();
     element("picture").setAttribute("aria-label", `${chosen.name}, ${form.label}; arrow keys turn it`);
   }
 

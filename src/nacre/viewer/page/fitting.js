@@ -1,0 +1,120 @@
+// What makes a neural material of one that the page shows: a button, how far it is, and the file.
+
+import { attempt, button, choice, element, made } from "./dom.js";
+import { Fit } from "./fit.js";
+import { bytesOf, handOver } from "./save.js";
+
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render/i; // renderers that are slow to read uniforms
+const SHORT = { draft: "Neural, draft", standard: "Neural" };
+
+export class Fitting {
+  constructor(page) {
+    this.page = page;
+    this.panel = made("div", { className: "fitting" });
+    this.said = made("p", { role: "status", className: "quiet small" });
+    this.bar = made("progress", { max: 1, "aria-label": "How far the fit is" });
+    this.state = made("span", { className: "quiet small" });
+    this.preset = choice("Quality", Object.keys(SHORT).map((name) => [name, name]), () => {});
+    this.make = button("Make it neural", () => this.start(), { title: "Fit a small network to this material, in this page" });
+    this.stop = button("Cancel", () => this.fit.cancel());
+    this.save = button("Save", () => this.saved());
+    this.idle = made("div", { className: "buttons" }, this.preset, this.make, this.save);
+    this.busy = made("div", { className: "buttons", hidden: true }, this.bar, this.state, this.stop);
+    this.panel.append(this.idle, this.busy, this.said);
+    element("forms").after(this.panel);
+    if (!page.facts.fit) this.panel.hidden = true;
+    else if (!globalThis.WebAssembly) this.refuse();
+  }
+
+  refuse() {
+    this.make.hidden = this.preset.hidden = true;
+    this.said.textContent = "This browser has no WebAssembly, which fits of networks need.";
+  }
+
+  // The page shows a material, or another form of it.
+  describe() {
+    this.save.hidden = !this.page.form.fitted;
+  }
+
+  async start() {
+    const { page } = this, { chosen, form } = page, preset = this.preset.lastChild.value;
+    const source = chosen.forms.find((each) => !each.fitted) ?? form;
+    const { renderer, materials, facts } = page;
+    Object.assign(this, { chosen, made: null });
+    this.turn(true, `Fitting a network to ${chosen.name}…`);
+    try {
+      this.fit = new Fit(renderer, facts.fit, page.bytes(facts.fit.kernel), materials.shown(source), preset);
+      const network = await this.fit.run((news) => this.report(news, preset));
+      const seconds = ((performance.now() - this.fit.began) / 1000).toFixed(1), { held_out_loss: loss } = network.header.quality;
+      network.header.name = chosen.name;
+      if (chosen.source) network.header.source = chosen.source;
+      this.show(network, preset, { "Held-out loss": loss.toPrecision(3), "Fitted in": `${seconds} s, in this page` });
+      this.turn(false, `${chosen.name}: a network in ${seconds} s, held-out loss ${loss.toPrecision(3)}.`);
+    } catch (error) {
+      this.drop();
+      this.turn(false, error.message === "cancelled" ? "Cancelled." : "");
+      if (error.message !== "cancelled") throw new Error(`${chosen.name}: ${error.message}`);
+    } finally {
+      this.fit = null;
+    }
+  }
+
+  turn(busy, said) {
+    this.busy.hidden = !busy;
+    this.idle.hidden = busy;
+    this.bar.removeAttribute("value");
+    this.state.textContent = "";
+    this.said.textContent = said;
+  }
+
+  report({ sampled, progress, loss, network }, preset) {
+    if (sampled !== undefined) this.state.textContent = "Sampling…";
+    if (progress === undefined) return;
+    this.bar.value = progress;
+    const seconds = ((performance.now() - this.fit.began) / 1000).toFixed(0);
+    this.state.textContent = `${Math.round(100 * progress)} %, held-out loss ${loss.toPrecision(3)}, ${seconds} s`;
+    this.show(network, preset);
+  }
+
+  // Put a network in the place of the one before, and on the picture where that shows it.
+  show(network, preset, known = null) {
+    const { page, chosen } = this, { renderer, materials } = page, first = !this.made;
+    if (first) {
+      const before = chosen.forms.findIndex(({ label }) => label === SHORT[preset]), form = { label: SHORT[preset], known: {}, fitted: true };
+      chosen.forms.splice(before < 0 ? chosen.forms.length : before, before < 0 ? 0 : 1, form);
+      Object.assign(this, { made: form, program: null });
+    }
+    const form = this.made, shows = page.form === form || (first && page.chosen === chosen);
+    Object.assign(form, { network, known: known ?? {} });
+    const compiled = known || this.software();
+    materials.read.set(form, compiled ? { glsl: materials.network(network) } : materials.varying(network));
+    if (!shows) return;
+    const own = this.program;
+    if (first || known) page.choose(page.materials.list.indexOf(chosen), chosen.forms.indexOf(form));
+    else page.mode.changed();
+    const program = renderer.pictures[0]?.program;
+    if (own && own !== program) renderer.forget(own);
+    this.program = program;
+  }
+
+  // Whether each network is compiled to a program of its own: slow where there is a GPU, fast without.
+  software() {
+    const { gl } = this.page.renderer, known = gl.getExtension("WEBGL_debug_renderer_info");
+    return SOFTWARE.test(gl.getParameter(known ? known.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  }
+
+  // Take an unfinished network away.
+  drop() {
+    const { page, chosen, made: form } = this;
+    if (!form) return;
+    chosen.forms.splice(chosen.forms.indexOf(form), 1);
+    page.materials.read.delete(form);
+    if (page.form === form) page.choose(page.materials.list.indexOf(chosen));
+    else if (page.chosen === chosen) page.describe();
+  }
+
+  saved() {
+    const { network } = this.page.form;
+    handOver(this.page.chosen.name, bytesOf(network));
+  }
+}
