@@ -1,7 +1,8 @@
 """What the page needs to fit networks itself: the compiled kernel, and the recipes of `nacre fit`.
 
-The kernel's sources, in `kernel/`, are C for WebAssembly with SIMD; `make kernel` compiles them. The
-page has the reflectance evaluated by the shaders that draw it, so whatever it shows can be fitted.
+The kernel's sources, in `kernel/`, are C for WebAssembly with SIMD; `make kernel` compiles them.
+The page has the reflectance evaluated by the shaders that draw it, so whatever it shows can be
+fitted.
 """
 
 from __future__ import annotations

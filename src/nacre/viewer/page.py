@@ -61,7 +61,8 @@ def document(
             raise ValueError("a script or style would end within itself")
     policy = (
         f"default-src 'none'; script-src '{_hash(code)}' blob: 'wasm-unsafe-eval'; "
-        f"style-src '{_hash(style)}'; img-src data: blob:; worker-src blob:; base-uri 'none'; form-action 'none'"
+        f"style-src '{_hash(style)}'; img-src data: blob:; worker-src blob:; "
+        "base-uri 'none'; form-action 'none'"
     )
     filled = {
         "POLICY": html.escape(policy),

@@ -113,7 +113,7 @@ export class Page {
 
   // A frame is drawn once the last one is done: a queue of them would freeze the page.
   loop() {
-    if (this.renderer.done()) {
+    if (!this.fitting.waits() && this.renderer.done()) {
       const status = this.mode.draw();
       this.renderer.mark();
       if (element("status").textContent !== status) element("status").textContent = status;

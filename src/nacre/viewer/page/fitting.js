@@ -5,6 +5,7 @@ import { Fit } from "./fit.js";
 import { bytesOf, handOver } from "./save.js";
 
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render/i; // renderers that are slow to read uniforms
+const FEW = 3; // frames
 const SHORT = { draft: "Neural, draft", standard: "Neural" };
 
 export class Fitting {
@@ -95,6 +96,13 @@ export class Fitting {
     const program = renderer.pictures[0]?.program;
     if (own && own !== program) renderer.forget(own);
     this.program = program;
+  }
+
+  // Whether the picture should wait: directions are being evaluated, or the processor that trains would
+  // have to draw more than it takes to see what has changed.
+  waits() {
+    const { frames } = this.page.renderer;
+    return Boolean(this.fit) && frames > 0 && (!this.made || (frames >= FEW && this.software()));
   }
 
   // Whether each network is compiled to a program of its own: slow where there is a GPU, fast without.
