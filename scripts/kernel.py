@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 FOLDER = Path(__file__).resolve().parents[1] / "src" / "nacre" / "viewer" / "kernel"
-SOURCES = {"network": "-O3", "random": "-Oz", "samples": "-Oz", "lobes": "-Oz"}
+SOURCES = {"network": "-O3", "random": "-Oz", "samples": "-Oz", "lobes": "-Oz", "scan": "-Oz"}
 """How sources are optimized: nearly all of the time goes into the first, and the page is small."""
 COMPILER = (sys.executable, "-m", "ziglang", "cc", "-target", "wasm32-freestanding", "-nostdlib")
 OPTIONS = ("-std=gnu11", "-msimd128", "-mbulk-memory", "-ffp-contract=off", "-fno-builtin")

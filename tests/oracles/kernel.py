@@ -135,7 +135,14 @@ class NativeTrainer:
         rates = np.ascontiguousarray(rates, np.float32)
         counts = len(blocks), self._batch // BLOCK
         call(
-            "network_train", self._net, samples.blocks, blocks, *counts, rates, len(rates), self.steps
+            "network_train",
+            self._net,
+            samples.blocks,
+            blocks,
+            *counts,
+            rates,
+            len(rates),
+            self.steps,
         )
         self.steps += len(rates)
 

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 from nacre.analytic import AnisotropicGgx, Ggx
-from nacre.geometry import from_spherical, join
 from nacre.neural import fitting, replicas
 from nacre.neural.axes import main_axis
 from nacre.neural.inputs import ENHANCED, PAPER, network_inputs
@@ -79,7 +78,9 @@ FORMS = [
 def test_gradient_and_loss_are_those_of_nacre_fit(brdf, inputs, hidden, activation):
     samples = sampled(brdf, 2048, inputs, 32.0 if inputs == ENHANCED else 1.0)
     layers = initial_layers(hidden, 3, samples.inputs)
-    ours, theirs = (Trainer(layers, BATCH, activation) for Trainer in (NativeTrainer, KernelTrainer))
+    ours, theirs = (
+        Trainer(layers, BATCH, activation) for Trainer in (NativeTrainer, KernelTrainer)
+    )
     for order in (np.arange(32), np.arange(7, 38)):  # whole panels, and the rest of one
         expected = flat(theirs.gradient(samples, order)[1])
         found = flat(ours.gradient(samples, order))
@@ -180,9 +181,7 @@ def test_inputs_are_those_of_nacre(inputs, isotropic):
     )
     blocks = np.zeros_like(expected.blocks)
     kind = 2 * (inputs == ENHANCED) + (not isotropic)
-    filled = call(
-        "samples_fill", blocks, 0, 4096, wi, wo, rgb, 4096, kind, float(angle), 32.0, 0.0
-    )
+    filled = call("samples_fill", blocks, 0, 4096, wi, wo, rgb, 4096, kind, float(angle), 32.0, 0.0)
     assert filled == 4096
     np.testing.assert_allclose(blocks, expected.blocks, rtol=2e-5, atol=2e-5)
 
@@ -249,4 +248,4 @@ def test_the_kernel_is_what_its_sources_make(tmp_path):
     path = tmp_path / "kernel.wasm"
     subprocess.run([sys.executable, str(ROOT / "scripts" / "kernel.py"), str(path)], check=True)
     assert path.read_bytes() == (FOLDER / "kernel.wasm").read_bytes() == kernel()
-    assert len(kernel()) < 30_000
+    assert len(kernel()) < 60_000

@@ -13,6 +13,7 @@ from typing import Any
 
 from nacre.neural.fit_data import ANISOTROPIC_FACTOR, SAMPLES
 from nacre.neural.recipe import Recipe
+from nacre.neural.scattered import SCATTERED_SAMPLES
 
 PRESETS = "draft", "standard"
 """Those that a page offers; the others take minutes there."""
@@ -26,7 +27,7 @@ def kernel() -> bytes:
 def facts(part: str) -> dict[str, Any]:
     """What `fit.js` reads; `part` is the name of the kernel in the page."""
     presets = {name: _settled(Recipe.preset(name)) for name in PRESETS}
-    counts = {"samples": SAMPLES, "factor": ANISOTROPIC_FACTOR}
+    counts = {"samples": SAMPLES, "factor": ANISOTROPIC_FACTOR, "scattered": SCATTERED_SAMPLES}
     return {"kernel": part, "presets": presets, **counts}
 
 

@@ -33,3 +33,54 @@ enum { BLOCK = 16 };  // samples that stay together when the order of training i
 
 // Bytes up to a multiple of 64.
 #define ALIGNED(bytes) (((bytes) + 63) & ~(uint32_t)63)
+
+// A generator of random numbers: see random.c.
+typedef struct {
+  uint64_t high, low, add_high, add_low;  // state and increment
+  uint64_t kept;                          // the upper half of the last 64 bits, where `half`
+  uint64_t half;
+} Random;
+void random_floats(Random *r, float *to, int32_t count);
+void random_doubles(Random *r, double *to, int32_t count);
+void random_normals(Random *r, double scale, float *to, int32_t count);
+
+typedef struct { float x, y, z, w; } Vector;
+typedef struct { double x, y, z; } Direction;
+
+INLINE double larger(double a, double b) { return a > b ? a : b; }
+INLINE double smaller(double a, double b) { return a < b ? a : b; }
+INLINE double dot(Direction a, Direction b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+INLINE Direction normalized(Direction v) {
+  double scale = 1.0 / sqrt(larger(dot(v, v), 1e-30));
+  return (Direction){v.x * scale, v.y * scale, v.z * scale};
+}
+
+INLINE Direction middle(Direction a, Direction b) {
+  return normalized((Direction){a.x + b.x, a.y + b.y, a.z + b.z});
+}
+
+// A direction of this cosine, by so many turns from x toward y.
+INLINE Direction around(double z, double turn) {
+  double radius = sqrt(larger(1.0 - z * z, 0.0));
+  return (Direction){radius * cos(2.0 * PI * turn), radius * sin(2.0 * PI * turn), z};
+}
+
+INLINE Direction in_frame(Direction w, double c, double s) {
+  return (Direction){c * w.x + s * w.y, c * w.y - s * w.x, w.z};
+}
+
+// The frame of a direction's azimuth: its cosine and sine, 0 at the pole; returns the polar sine.
+INLINE double azimuth(Direction w, double *c, double *s) {
+  double sine = sqrt(larger(w.x * w.x + w.y * w.y, 3.2e-30));
+  *c = sine < 4e-15 ? 1.0 : w.x / sine;
+  *s = sine < 4e-15 ? 0.0 : w.y / sine;
+  return sine;
+}
+
+// The light in the frame of the half vector h: Rusinkiewicz's difference vector.
+INLINE Direction difference(Direction wi, Direction h) {
+  double c, s, sine = azimuth(h, &c, &s);
+  Direction w = in_frame(wi, c, s);
+  return (Direction){h.z * w.x - sine * w.z, w.y, sine * w.x + h.z * w.z};
+}

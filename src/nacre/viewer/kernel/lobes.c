@@ -10,33 +10,11 @@ static const double roughnesses[6] = {0.003, 0.01, 0.03, 0.1, 0.3, 1.0};  // of 
 static const double nodes[4] = {0.1834346424956498, 0.525532409916329, 0.7966664774136267, 0.9602898564975363};
 static const double parts[4] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
 
-typedef struct { double x, y, z; } Direction;
-typedef struct { float x, y, z, w; } Vector;
-
 typedef struct {
   Direction wi[POINTS], wo[POINTS], half[POINTS], view[POINTS];  // the last two in the frame of the lobes
   double density[POINTS], weights[POINTS], hats[VIEWS][COSINES];
   int32_t lobes;
 } Moment;
-
-void random_doubles(void *random, double *to, int32_t count);
-
-INLINE double larger(double a, double b) { return a > b ? a : b; }
-INLINE double smaller(double a, double b) { return a < b ? a : b; }
-
-INLINE Direction normalized(double x, double y, double z) {
-  double scale = 1.0 / sqrt(larger(x * x + y * y + z * z, 1e-30));
-  return (Direction){x * scale, y * scale, z * scale};
-}
-
-INLINE Direction around(double z, double turn) {
-  double radius = sqrt(larger(1.0 - z * z, 0.0));
-  return (Direction){radius * cos(2.0 * PI * turn), radius * sin(2.0 * PI * turn), z};
-}
-
-INLINE Direction in_frame(Direction w, double c, double s) {
-  return (Direction){c * w.x + s * w.y, c * w.y - s * w.x, w.z};
-}
 
 // Density in 1/sr of mirror directions of visible GGX normals.
 INLINE double visible(Direction h, Direction wo, double along, double across, double shift) {
@@ -51,7 +29,7 @@ EXPORT uint32_t lobes_bytes(void) { return ALIGNED(sizeof(Moment)); }
 EXPORT int32_t lobes_points(void) { return POINTS; }
 
 // Directions at which lobes are fitted, from a generator with the seed 0.
-EXPORT void lobes_propose(Moment *to, void *random, Vector *wi, Vector *wo) {
+EXPORT void lobes_propose(Moment *to, Random *random, Vector *wi, Vector *wo) {
   double offset[4], root = 2.0, steps[4];
   random_doubles(random, offset, 4);
   for (int32_t k = 0; k < 64; k++) root = pow(1.0 + root, 0.2);
@@ -69,15 +47,15 @@ EXPORT void lobes_propose(Moment *to, void *random, Vector *wi, Vector *wo) {
     else if (part == 1) light = around(1.0 - u[1], u[2]);
     else {
       double alpha = roughnesses[part - 2];
-      Direction seen = normalized(alpha * view.x, alpha * view.y, view.z);
+      Direction seen = normalized((Direction){alpha * view.x, alpha * view.y, view.z});
       Direction cap = around((1.0 - u[1]) * (1.0 + seen.z) - seen.z, u[2]);
-      Direction m = normalized(alpha * (cap.x + seen.x), alpha * (cap.y + seen.y), cap.z + seen.z);
-      double twice = 2.0 * (view.x * m.x + view.y * m.y + view.z * m.z);
+      Direction m = normalized((Direction){alpha * (cap.x + seen.x), alpha * (cap.y + seen.y), cap.z + seen.z});
+      double twice = 2.0 * dot(view, m);
       light = (Direction){twice * m.x - view.x, twice * m.y - view.y, twice * m.z - view.z};
     }
     double density = INFINITY;
     if (light.z > 0.0) {
-      Direction h = normalized(light.x + view.x, light.y + view.y, light.z + view.z);
+      Direction h = middle(light, view);
       density = light.z / PI + 0.5 / PI;
       for (int32_t k = 0; k < 6; k++) density += visible(h, view, roughnesses[k], roughnesses[k], 0.0);
       density /= 8.0;
@@ -122,7 +100,7 @@ static void framed(Moment *of, int32_t fixed, double angle) {
     Direction wi = of->wi[k], wo = of->wo[k];
     double sine = sqrt(wo.x * wo.x + wo.y * wo.y);
     double c = fixed ? cos(angle) : wo.x / sine, s = fixed ? sin(angle) : wo.y / sine;
-    of->half[k] = in_frame(normalized(wi.x + wo.x, wi.y + wo.y, wi.z + wo.z), c, s);
+    of->half[k] = in_frame(middle(wi, wo), c, s);
     of->view[k] = in_frame(wo, c, s);
   }
   for (int32_t view = 0; view < VIEWS; view++) {

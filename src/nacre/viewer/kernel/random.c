@@ -2,12 +2,6 @@
 
 #include "kernel.h"
 
-typedef struct {
-  uint64_t high, low, add_high, add_low;  // state and increment
-  uint64_t kept;                          // the upper half of the last 64 bits, where `half`
-  uint64_t half;
-} Random;
-
 INLINE uint64_t product_high(uint64_t a, uint64_t b) {
   uint64_t al = (uint32_t)a, ah = a >> 32, bl = (uint32_t)b, bh = b >> 32;
   uint64_t middle = ah * bl + (al * bl >> 32), other = al * bh + (uint32_t)middle;

@@ -3,28 +3,7 @@
 
 #include "kernel.h"
 
-typedef struct { float x, y, z, w; } Vector;
-typedef struct { double x, y, z; } Direction;
-
-void random_floats(void *random, float *to, int32_t count);
-
-INLINE double dot(Direction a, Direction b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-INLINE double larger(double a, double b) { return a > b ? a : b; }
-INLINE double clipped(double x) { return x < 0.0 ? 0.0 : x > 1.0 ? 1.0 : x; }
-
-INLINE Direction normalized(Direction v) {
-  double scale = 1.0 / sqrt(larger(dot(v, v), 1e-30));
-  return (Direction){v.x * scale, v.y * scale, v.z * scale};
-}
-
-INLINE Direction around(double z, double turn) {
-  double radius = sqrt(larger(1.0 - z * z, 0.0));
-  return (Direction){radius * cos(2.0 * PI * turn), radius * sin(2.0 * PI * turn), z};
-}
-
-INLINE Direction in_frame(Direction w, double c, double s) {
-  return (Direction){c * w.x + s * w.y, c * w.y - s * w.x, w.z};
-}
+INLINE double clipped(double x) { return smaller(larger(x, 0.0), 1.0); }
 
 // Light and view of Rusinkiewicz angles that are uniform for numbers in [0, 1).
 static void rusinkiewicz(const float u[6], Direction *wi, Direction *wo) {
@@ -65,8 +44,8 @@ static Direction drawn(const double *mixture, Direction wo, const float u[3]) {
     return around(z, u[2]);
   }
   double along = AT(3 + 4 * found), across = AT(4 + 4 * found), shift = AT(5 + 4 * found);
-  double sine = sqrt(larger(wo.x * wo.x + wo.y * wo.y, 3.2e-30)), c = wo.x / sine, s = wo.y / sine;
-  if (sine < 4e-15) c = 1.0, s = 0.0;
+  double c, s;
+  azimuth(wo, &c, &s);
   if (mixture[2]) c = cos(mixture[3]), s = sin(mixture[3]);
   Direction view = in_frame(wo, c, s), seen = {along * view.x, across * view.y, view.z + shift * along * view.x};
   seen = normalized(seen);
@@ -80,7 +59,7 @@ static Direction drawn(const double *mixture, Direction wo, const float u[3]) {
 // Pairs of directions from six times `count` random numbers, of which `u` has the room: in turn uniform in
 // Rusinkiewicz angles, and as pictures of a sphere under the sky or in the light of its highlight show
 // them ("mixed"). Returns how many are above the horizon.
-EXPORT int32_t samples_draw(void *random, float *u, int32_t count, int32_t isotropic, const double *mixture,
+EXPORT int32_t samples_draw(Random *random, float *u, int32_t count, int32_t isotropic, const double *mixture,
                             Vector *wi, Vector *wo) {
   int32_t kept = 0;
   random_floats(random, u, 6 * count);
@@ -112,7 +91,7 @@ static int32_t inputs(int32_t kind, double angle, Vector light, Vector view, dou
     wi = in_frame(wi, cos(angle), sin(angle));
     wo = in_frame(wo, cos(angle), sin(angle));
   }
-  Direction h = normalized((Direction){wi.x + wo.x, wi.y + wo.y, wi.z + wo.z});
+  Direction h = middle(wi, wo);
   double square = h.x * h.x + h.y * h.y, sine = sqrt(larger(square, 3.2e-30));
   double grazing[2] = {opened(larger(wi.z, 0.0), 0.01, 4.6), opened(larger(wo.z, 0.0), 0.01, 4.6)};
   if (kind == ENHANCED + FREE) {
@@ -122,8 +101,7 @@ static int32_t inputs(int32_t kind, double angle, Vector light, Vector view, dou
     for (int32_t k = 0; k < 8; k++) to[k] = own[k];
     return 8;
   }
-  double c = sine < 4e-15 ? 1.0 : h.x / sine, s = sine < 4e-15 ? 0.0 : h.y / sine;
-  Direction w = in_frame(wi, c, s), d = {h.z * w.x - sine * w.z, w.y, sine * w.x + h.z * w.z};
+  Direction d = difference(wi, h);
   double enhanced[6] = {sine, opened(square, 1e-4, 9.2), grazing[0], grazing[1], d.x, fabs(d.y)};
   double paper[6] = {sine, 0.0, h.z, d.x, d.y, d.z};
   if (kind == PAPER + FREE) paper[0] = h.x, paper[1] = h.y;

@@ -5,7 +5,6 @@ import { VALUES } from "./shaders.js";
 import { WHOLE } from "./webgl.js";
 
 const WIDTH = 1024; // of textures that hold directions
-const ANISOTROPIC = 5; // times as many samples
 const PAIRS = 512, DIFFERENT = 0.02, SOME = 0.01; // see nacre.sampling.isotropy
 const PARAMETRISATIONS = {
   enhanced: ["enhanced half vectors along x and y, light carried to the pole", "enhanced rusinkiewicz vectors, phi_h = 0"],
@@ -49,17 +48,22 @@ function turns(renderer, material) {
 }
 
 export class Fit {
-  // `facts` are the page's on fits, `wasm` the kernel; the material is {glsl, textures, known}.
-  constructor(renderer, facts, wasm, material, preset) {
-    Object.assign(this, { renderer, material, began: performance.now(), isotropic: turns(renderer, material) });
-    const recipe = facts.presets[preset];
-    const samples = Math.round(recipe.sample_share * facts.samples) * (this.isotropic ? 1 : ANISOTROPIC);
-    this.recipe = { ...recipe, samples };
+  // `facts` are the page's on fits, `wasm` the kernel; the material is {glsl, textures, known}, `scan` its
+  // samples where it is known at these only.
+  constructor(renderer, facts, wasm, material, preset, scan) {
+    Object.assign(this, { renderer, material, began: performance.now(), isotropic: Boolean(scan) || turns(renderer, material) });
+    const recipe = facts.presets[preset], whole = scan ? facts.scattered : facts.samples * (this.isotropic ? 1 : facts.factor);
+    this.recipe = { ...recipe, samples: Math.round(recipe.sample_share * whole) };
+    if (scan)
+      Object.assign(this.recipe, {
+        batch: recipe.batch / 2, learning_rate: recipe.learning_rate / 2, inputs: "paper", precision: "single", activation: "relu",
+        gain: null, sampling: null,
+      });
     const script = document.querySelector("script[type=module]").textContent, { port1, port2 } = new MessageChannel();
     this.url = URL.createObjectURL(new Blob([script], { type: "text/javascript" }));
     this.workers = [port1, port2].map((port, index) => {
       const worker = new Worker(this.url, { name: "fit" });
-      worker.postMessage({ wasm, port, index, recipe: this.recipe, isotropic: this.isotropic }, [port]);
+      worker.postMessage({ wasm, port, index, recipe: this.recipe, isotropic: this.isotropic, scan }, [port]);
       return worker;
     });
   }

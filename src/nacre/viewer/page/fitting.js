@@ -44,7 +44,7 @@ export class Fitting {
     Object.assign(this, { chosen, made: null });
     this.turn(true, `Fitting a network to ${chosen.name}…`);
     try {
-      this.fit = new Fit(renderer, facts.fit, page.bytes(facts.fit.kernel), materials.shown(source), preset);
+      this.fit = new Fit(renderer, facts.fit, page.bytes(facts.fit.kernel), materials.shown(source), preset, source.scan);
       const network = await this.fit.run((news) => this.report(news, preset));
       const seconds = ((performance.now() - this.fit.began) / 1000).toFixed(1), { held_out_loss: loss } = network.header.quality;
       network.header.name = chosen.name;

@@ -6,12 +6,13 @@ import { FileError } from "./tensors.js";
 const CHUNK = 32768, BLOCK = 16, HOPELESS = 64, LOOKED = 32768, VECTOR = 16;
 const STEP = 3, WORTH = 0.98; // of angles in degrees; see nacre.neural.axes
 
-// A mixture of lobes for values at the directions that the kernel proposes; `evaluate` gets both.
+// A mixture of lobes for values at the directions that the kernel proposes, which `evaluate` finds.
 export async function lobes(kernel, isotropic, evaluate) {
   const points = kernel.lobes_points(), moment = kernel.room(kernel.lobes_bytes()), mixture = kernel.room(8 * 37);
   const [wi, wo, rgb] = [0, 1, 2].map(() => kernel.room(VECTOR * points));
   kernel.lobes_propose(moment, kernel.random(0), wi, wo);
-  await evaluate(wi, wo, rgb, points);
+  const values = await evaluate(wi, wo, points);
+  kernel.numbers(rgb, values.length).set(values);
   kernel.lobes_fit(moment, rgb, isotropic, mixture);
   return mixture;
 }
@@ -34,14 +35,14 @@ export function described([lobes, count, fixed, angle, ...lists]) {
 }
 
 // {blocks, length, training, held, sizes, angle}: samples in blocks, so many to train on and to hold out.
-export async function draw(kernel, page, recipe, { isotropic }) {
+export async function draw(kernel, page, recipe, isotropic) {
   const ask = (wi, wo, count) => {
     const pair = [wi, wo].map((at) => kernel.numbers(at, 4 * count).slice());
     page.send({ pair }, pair.map(({ buffer }) => buffer));
   };
-  const mixture = await lobes(kernel, isotropic, async (wi, wo, rgb, count) => {
-    ask(wi, wo, count);
-    kernel.numbers(rgb, 4 * count).set(await page.next());
+  const mixture = await lobes(kernel, isotropic, (...of) => {
+    ask(...of);
+    return page.next();
   });
   const room = recipe.samples, rows = isotropic ? 6 : 8, blocks = Math.ceil(room / BLOCK), length = blocks * BLOCK * (rows + 4);
   const place = kernel.room(4 * length), numbers = kernel.room(4 * 6 * CHUNK);

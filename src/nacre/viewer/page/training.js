@@ -5,6 +5,7 @@ import { rounded } from "./halves.js";
 import { Kernel } from "./kernel.js";
 import { Post } from "./post.js";
 import { described, draw, kindOf, lobes } from "./sampling.js";
+import { clamped, scattered } from "./scan.js";
 
 const BLOCK = 16, REPLICAS = 2;
 const STEPS = 50; // between two averages
@@ -27,9 +28,10 @@ class Training {
   }
 
   async run() {
-    const { kernel, other, page, recipe } = this;
+    const { kernel, other, page, recipe, material: { isotropic, scan } } = this;
     if (!this.index) {
-      const { blocks, ...data } = await draw(kernel, page, recipe, this.material);
+      const { blocks, judge, ...data } = scan ? scattered(kernel, page, recipe, scan) : await draw(kernel, page, recipe, isotropic);
+      this.judge = judge;
       const numbers = kernel.numbers(blocks, data.length).slice();
       other.send({ data, numbers }, [numbers.buffer]);
       Object.assign(this, data, { blocks });
@@ -130,22 +132,31 @@ class Training {
     this.page.send({ progress: done / total, loss, sizes, angle, weights: this.weights() });
   }
 
+  // f_r of a network at directions in the kernel's memory, four numbers each.
+  evaluate(net, rows, wi, wo, count) {
+    const { kernel, angle, recipe, material: { isotropic } } = this, own = rows + 4, whole = Math.ceil(count / BLOCK), ones = kernel.room(16 * count);
+    const blocks = kernel.room(4 * whole * BLOCK * own), rgb = new Float32Array(4 * count);
+    kernel.numbers(ones, 4 * count).fill(1);
+    kernel.samples_fill(blocks, 0, count, wi, wo, ones, count, kindOf(recipe, isotropic), angle, 1, 1);
+    kernel.network_evaluate(net, blocks, 0, whole);
+    const found = kernel.numbers(blocks, whole * BLOCK * own);
+    for (let k = 0; k < count; k++)
+      for (let c = 0; c < 3; c++) rgb[4 * k + c] = found[(Math.floor(k / BLOCK) * own + rows + c) * BLOCK + (k % BLOCK)];
+    return rgb;
+  }
+
   // The losses, the weights as they are stored, and lobes to sample these by.
   async finish() {
-    const { kernel, net, loss, sizes, angle, recipe, material: { isotropic } } = this;
-    const quality = { training_loss: this.mean(this.training), held_out_loss: loss };
+    const { kernel, loss, angle, recipe, highest, material: { isotropic } } = this, quality = { training_loss: this.mean(this.training), held_out_loss: loss };
     if (!Number.isFinite(quality.training_loss + loss)) throw new Error("training diverged");
-    const list = this.weights(), weights = recipe.precision === "half" ? list.map(rounded) : list;
+    let { sizes } = this, weights = this.weights();
+    if (highest) [weights, sizes] = [clamped(weights, sizes, highest), [...sizes, 3]];
+    if (recipe.precision === "half") weights = weights.map(rounded);
+    const net = kernel.network(sizes, recipe.activation === "squared relu");
     kernel.network_list(net, kernel.put(weights), 1, 0);
-    const mixture = await lobes(kernel, isotropic, (wi, wo, rgb, count) => {
-      const rows = sizes[0] + 4, blocks = kernel.room(4 * count * rows);
-      kernel.numbers(rgb, 4 * count).fill(1);
-      kernel.samples_fill(blocks, 0, count, wi, wo, rgb, count, kindOf(recipe, isotropic), angle, 1, 1);
-      kernel.network_evaluate(net, blocks, 0, count / BLOCK);
-      const found = kernel.numbers(blocks, count * rows), to = kernel.numbers(rgb, 4 * count);
-      for (let k = 0; k < count; k++)
-        for (let c = 0; c < 3; c++) to[4 * k + c] = found[(Math.floor(k / BLOCK) * rows + sizes[0] + c) * BLOCK + (k % BLOCK)];
-    });
+    const evaluate = (wi, wo, count) => this.evaluate(net, sizes[0], wi, wo, count);
+    if (this.judge) Object.assign(quality, this.judge(evaluate));
+    const mixture = await lobes(kernel, isotropic, evaluate);
     this.page.send({ done: quality, sizes, angle, weights, sampler: described(kernel.numbers(mixture, 37, Float64Array)) });
   }
 }
