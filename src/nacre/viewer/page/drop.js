@@ -65,12 +65,12 @@ export class Drop {
     if (troubles.length) throw new Error(troubles.join("\n"));
   }
 
-  add({ name, known, network, table, scan }) {
+  add({ name, known, source, network, table, scan }) {
     const { page } = this;
     const form = { label: table ? "Measured" : "Network", known: {}, network, table, scan };
     // A material that cannot be drawn is not added to the shelf.
     const picture = thumbnail(page.renderer, page.materials.shown(form));
-    page.add({ name: name.slice(0, LONGEST), group: GROUP, known, forms: [form], picture });
+    page.add({ name: name.slice(0, LONGEST), group: GROUP, known, source, forms: [form], picture });
   }
 }
 

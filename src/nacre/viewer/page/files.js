@@ -15,14 +15,17 @@ const READERS = { ".safetensors": networkOf, ".binary": readMerl, ".bsdf": readR
 
 export const ENDINGS = Object.keys(READERS);
 
-// {name, known, network | table, scan} of a file; throws a FileError that says what is wrong.
+// {name, known, source, network | table, scan} of a file; throws a FileError that says what is wrong.
 export async function read(file, wasm) {
   const ending = file.name.toLowerCase().match(/\.[a-z]*$/)?.[0];
   if (!Object.hasOwn(READERS, ending)) throw new FileError(`is of a kind that this page does not read; it reads ${ENDINGS.join(", ")}`);
   if (file.size > LIMIT) throw new FileError(`is larger than ${LIMIT} bytes, the most that this page reads`);
-  const { name, known, ...form } = READERS[ending](await file.arrayBuffer(), wasm);
+  const buffer = await file.arrayBuffer(), source = { file: file.name };
+  const hash = await globalThis.crypto?.subtle?.digest("SHA-256", buffer);
+  if (hash) source.sha256 = Array.from(new Uint8Array(hash), (byte) => byte.toString(16).padStart(2, "0")).join("");
+  const { name, known, ...form } = READERS[ending](buffer, wasm);
   const short = name || file.name.slice(0, -ending.length);
-  return { name: short, known: { ...known, File: file.name, "File bytes": file.size.toLocaleString("en") }, ...form };
+  return { name: short, known: { ...known, File: file.name, "File bytes": file.size.toLocaleString("en") }, source, ...form };
 }
 
 function networkOf(buffer) {

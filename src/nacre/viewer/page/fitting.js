@@ -82,7 +82,8 @@ export class Fitting {
     const { page, chosen } = this, { renderer, materials } = page, first = !this.made;
     if (first) {
       const before = chosen.forms.findIndex(({ label }) => label === SHORT[preset]), form = { label: SHORT[preset], known: {}, fitted: true };
-      chosen.forms.splice(before < 0 ? chosen.forms.length : before, before < 0 ? 0 : 1, form);
+      const [old] = chosen.forms.splice(before < 0 ? chosen.forms.length : before, before < 0 ? 0 : 1, form);
+      materials.read.delete(old);
       Object.assign(this, { made: form, program: null });
     }
     const form = this.made, shows = page.form === form || (first && page.chosen === chosen);
