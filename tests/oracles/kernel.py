@@ -1,4 +1,4 @@
-"""The fit kernel of the viewer's page, compiled natively: without AVX, as four lanes of WebAssembly."""
+"""The fit kernel of the viewer's page, compiled natively without AVX: four lanes, as in the page."""
 
 from __future__ import annotations
 

@@ -9,7 +9,8 @@ from tests.viewer.tab import Tab
 
 BUTTON = ".fitting button:text-is('{}')"
 DROP = """([name, text]) => {
-  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0)), dataTransfer = new DataTransfer();
+  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  const dataTransfer = new DataTransfer();
   dataTransfer.items.add(new File([bytes], name));
   const facts = { dataTransfer, bubbles: true, cancelable: true };
   document.body.dispatchEvent(new DragEvent("drop", facts));

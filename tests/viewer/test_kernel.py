@@ -205,16 +205,18 @@ def test_axes_are_those_of_nacre():
 
 IN_NODE = """
 const { Kernel } = of_kernel, read = require("fs").readFileSync;
-const kernel = new Kernel(read(process.argv[2])), { blocks, weights, sizes, rates } = JSON.parse(read(0, "utf8"));
-const net = kernel.network(sizes, true), rows = sizes[0] + 4, count = blocks.length / rows / 16;
-const at = kernel.put(Float32Array.from(blocks)), list = kernel.put(Float32Array.from(weights));
+const kernel = new Kernel(read(process.argv[2]));
+const { blocks, weights, sizes, rates } = JSON.parse(read(0, "utf8"));
+const put = (numbers, Type = Float32Array) => kernel.put(Type.from(numbers));
+const net = kernel.network(sizes, true), count = blocks.length / (sizes[0] + 4) / 16;
+const at = put(blocks), list = put(weights), order = put(Array(count).keys(), Int32Array);
 kernel.network_list(net, list, 1, 0);
-const order = kernel.put(Int32Array.from({ length: count }, (_, k) => k));
-kernel.network_train(net, at, order, count, 32, kernel.put(Float32Array.from(rates)), rates.length, 0);
+kernel.network_train(net, at, order, count, 32, put(rates), rates.length, 0);
 kernel.network_list(net, list, 0, 0);
-const normals = kernel.room(4000);
+const normals = kernel.room(4000), loss = kernel.network_loss(net, at, 0, count);
 kernel.random_normals(kernel.random(5), 1, normals, 1000);
-console.log(JSON.stringify([[...kernel.numbers(list, weights.length)], kernel.network_loss(net, at, 0, count), [...kernel.numbers(normals, 1000)]]));
+const trained = kernel.numbers(list, weights.length), drawn = kernel.numbers(normals, 1000);
+console.log(JSON.stringify([[...trained], loss, [...drawn]]));
 """
 
 

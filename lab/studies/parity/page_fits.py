@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 
@@ -55,12 +56,8 @@ def files(folder: Path) -> list[Path]:
 @contextmanager
 def native() -> Iterator[None]:
     """Training by the page's kernel."""
-    before = replicas.KernelTrainer
-    setattr(replicas, "KernelTrainer", NativeTrainer)  # noqa: B010
-    try:
+    with mock.patch.object(replicas, "KernelTrainer", NativeTrainer):
         yield
-    finally:
-        setattr(replicas, "KernelTrainer", before)  # noqa: B010
 
 
 def trained(brdf: Brdf, preset: str, seed: int) -> tuple[Brdf, float]:

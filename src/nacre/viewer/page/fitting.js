@@ -4,7 +4,7 @@ import { attempt, button, choice, element, made } from "./dom.js";
 import { Fit } from "./fit.js";
 import { bytesOf, handOver } from "./save.js";
 
-const SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render/i; // renderers that are slow to read uniforms
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render/i; // renderers on the processor
 const FEW = 3; // frames
 const SHORT = { draft: "Neural, draft", standard: "Neural" };
 
@@ -84,19 +84,18 @@ export class Fitting {
       const before = chosen.forms.findIndex(({ label }) => label === SHORT[preset]), form = { label: SHORT[preset], known: {}, fitted: true };
       const [old] = chosen.forms.splice(before < 0 ? chosen.forms.length : before, before < 0 ? 0 : 1, form);
       materials.read.delete(old);
-      Object.assign(this, { made: form, program: null });
+      Object.assign(this, { made: form, old: old?.program });
     }
     const form = this.made, shows = page.form === form || (first && page.chosen === chosen);
     Object.assign(form, { network, known: known ?? {} });
-    const compiled = known || this.software();
+    // Programs of their own draw faster in software, but take it a second to compile.
+    const compiled = known && this.software();
     materials.read.set(form, compiled ? { glsl: materials.network(network) } : materials.varying(network));
-    if (!shows) return;
-    const own = this.program;
-    if (first || known) page.choose(page.materials.list.indexOf(chosen), chosen.forms.indexOf(form));
-    else page.mode.changed();
-    const program = renderer.pictures[0]?.program;
-    if (own && own !== program) renderer.forget(own);
-    this.program = program;
+    if (shows && (first || known)) page.choose(page.materials.list.indexOf(chosen), chosen.forms.indexOf(form));
+    else if (shows) page.mode.changed();
+    if (shows && compiled) form.program = renderer.pictures[0]?.program;
+    if (this.old && renderer.pictures.every(({ program }) => program !== this.old)) renderer.forget(this.old);
+    this.old = null;
   }
 
   // Whether the picture should wait: directions are being evaluated, or the processor that trains would
@@ -106,7 +105,7 @@ export class Fitting {
     return Boolean(this.fit) && frames > 0 && (!this.made || (frames >= FEW && this.software()));
   }
 
-  // Whether each network is compiled to a program of its own: slow where there is a GPU, fast without.
+  // Whether there is no GPU.
   software() {
     const { gl } = this.page.renderer, known = gl.getExtension("WEBGL_debug_renderer_info");
     return SOFTWARE.test(gl.getParameter(known ? known.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
