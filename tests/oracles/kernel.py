@@ -1,4 +1,4 @@
-"""The fit kernel of the viewer's page, compiled natively without AVX: four lanes, as in the page."""
+"""The fit kernel of the viewer's page, compiled natively: without AVX, four lanes as there."""
 
 from __future__ import annotations
 
