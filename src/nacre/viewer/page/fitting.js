@@ -5,7 +5,7 @@ import { Fit } from "./fit.js";
 import { bytesOf, handOver } from "./save.js";
 
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render/i; // renderers on the processor
-const FEW = 3; // frames
+const FEW = 3, SPARSE = 1500; // frames of a network, and ms between two, where the processor draws them
 const SHORT = { draft: "Neural, draft", standard: "Neural" };
 
 export class Fitting {
@@ -24,12 +24,12 @@ export class Fitting {
     this.panel.append(this.idle, this.busy, this.said);
     element("forms").after(this.panel);
     if (!page.facts.fit) this.panel.hidden = true;
-    else if (!globalThis.WebAssembly) this.refuse();
+    else if (!globalThis.WebAssembly?.validate(page.bytes(page.facts.fit.kernel))) this.refuse();
   }
 
   refuse() {
     this.make.hidden = this.preset.hidden = true;
-    this.said.textContent = "This browser has no WebAssembly, which fits of networks need.";
+    this.said.textContent = "This browser has no WebAssembly with SIMD, which fits of networks need.";
   }
 
   // The page shows a material, or another form of it.
@@ -39,7 +39,7 @@ export class Fitting {
 
   async start() {
     const { page } = this, { chosen, form } = page, preset = this.preset.lastChild.value;
-    const source = chosen.forms.find((each) => !each.fitted) ?? form;
+    const source = form.fitted ? chosen.forms.find((each) => !each.fitted) : form;
     const { renderer, materials, facts } = page;
     Object.assign(this, { chosen, made: null });
     this.turn(true, `Fitting a network to ${chosen.name}…`);
@@ -74,6 +74,9 @@ export class Fitting {
     this.bar.value = progress;
     const seconds = ((performance.now() - this.fit.began) / 1000).toFixed(0);
     this.state.textContent = `${Math.round(100 * progress)} %, held-out loss ${loss.toPrecision(3)}, ${seconds} s`;
+    const now = performance.now();
+    if (this.made && this.software() && now - this.drawn < SPARSE) return;
+    this.drawn = now;
     this.show(network, preset);
   }
 
