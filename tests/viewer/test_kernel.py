@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 
 from nacre.analytic import AnisotropicGgx, Ggx
+from nacre.array import aligned_zeros
+from nacre.measured.scattered import ScatteredBrdf
 from nacre.neural import fitting, replicas
 from nacre.neural.axes import main_axis
 from nacre.neural.inputs import ENHANCED, PAPER, network_inputs
@@ -26,6 +28,7 @@ from nacre.sampling import draw_samples, fit_lobes
 from nacre.sampling.moment import propose
 from nacre.viewer.fits import kernel
 from nacre.viewer.page import script
+from tests.measured.support import hemisphere
 from tests.oracles.kernel import FOLDER, NativeTrainer, call, missing, random
 from tests.targets.support import needs
 
@@ -201,6 +204,33 @@ def test_axes_are_those_of_nacre():
         to[:, :3] = values
     errors = [call("samples_axis", wi, wo, rgb, 1 << 15, degrees) for degrees in range(0, 90, 1)]
     assert int(np.argmin(errors)) == round(math.degrees(main_axis(drawn)))
+
+
+@pytest.mark.parametrize("lights", [None, 4])
+def test_scans_are_interpolated_as_by_nacre(lights):
+    random_ = np.random.default_rng(0)
+    wi, wo = (hemisphere(random_, 600) for _ in range(2))
+    if lights:  # as a goniometer takes slices
+        wi = wi[:lights][np.arange(600) % lights]
+    scan = ScatteredBrdf(wi, wo, SHINY.eval(wi, wo))
+    packed = [np.pad(np.float32(w), ((0, 0), (0, 1))) for w in (wi, wo, scan.samples.rgb)]
+    memory = aligned_zeros(call("scan_bytes", 600) // 4)
+    call("scan_new", memory, *packed, 600, gap(wi) if lights else 0.0)
+    light, view = (hemisphere(random_, 2000) for _ in range(2))
+    rgb = np.zeros((2000, 4), np.float32)
+    pair = [np.pad(np.float32(w), ((0, 0), (0, 1))) for w in (light, view)]
+    call("scan_evaluate", memory, *pair, rgb, 2000)
+    close = np.isclose(rgb[:, :3], scan.eval(light, view), rtol=1e-3, atol=1e-4).all(axis=1)
+    assert close.mean() > 0.995  # the last of the neighbors may be another one
+    assert (rgb[:, 3] == scan.valid(light, view)).mean() > 0.995
+    assert 0.1 < rgb[:, 3].mean() < 1.0
+
+
+def gap(wi: np.ndarray) -> float:
+    """The longest way from one light to the next, in the plane of the normal."""
+    lights = np.unique(np.round(np.stack([np.hypot(wi[:, 0], wi[:, 1]), wi[:, 2]], -1), 4), axis=0)
+    apart = np.linalg.norm(lights[:, None] - lights, axis=2) + 9.0 * np.eye(len(lights))
+    return float(apart.min(axis=1).max())
 
 
 IN_NODE = """

@@ -2,6 +2,7 @@
 
 import { attempt, button, choice, element, made } from "./dom.js";
 import { Fit } from "./fit.js";
+import { Look } from "./look.js";
 import { bytesOf, handOver } from "./save.js";
 
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render/i; // renderers on the processor
@@ -84,10 +85,10 @@ export class Fitting {
   show(network, preset, known = null) {
     const { page, chosen } = this, { renderer, materials } = page, first = !this.made;
     if (first) {
-      const before = chosen.forms.findIndex(({ label }) => label === SHORT[preset]), form = { label: SHORT[preset], known: {}, fitted: true };
-      const [old] = chosen.forms.splice(before < 0 ? chosen.forms.length : before, before < 0 ? 0 : 1, form);
+      const at = chosen.forms.findIndex(({ label }) => label === SHORT[preset]), form = { label: SHORT[preset], known: {}, fitted: true };
+      const [old] = chosen.forms.splice(at < 0 ? chosen.forms.length : at, at < 0 ? 0 : 1, form);
       materials.read.delete(old);
-      Object.assign(this, { made: form, old: old?.program });
+      Object.assign(this, { made: form, before: old, old: old?.program });
     }
     const form = this.made, shows = page.form === form || (first && page.chosen === chosen);
     Object.assign(form, { network, known: known ?? {} });
@@ -95,7 +96,7 @@ export class Fitting {
     const compiled = known && this.software();
     materials.read.set(form, compiled ? { glsl: materials.network(network) } : materials.varying(network));
     if (shows && (first || known)) page.choose(page.materials.list.indexOf(chosen), chosen.forms.indexOf(form));
-    else if (shows) page.mode.changed();
+    else if (known ? page.chosen === chosen : shows && page.mode instanceof Look) page.mode.changed();
     if (shows && compiled) form.program = renderer.pictures[0]?.program;
     if (this.old && renderer.pictures.every(({ program }) => program !== this.old)) renderer.forget(this.old);
     this.old = null;
@@ -114,13 +115,13 @@ export class Fitting {
     return SOFTWARE.test(gl.getParameter(known ? known.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
   }
 
-  // Take an unfinished network away.
+  // Take an unfinished network away; the one before comes back.
   drop() {
-    const { page, chosen, made: form } = this;
+    const { page, chosen, made: form, before } = this;
     if (!form) return;
-    chosen.forms.splice(chosen.forms.indexOf(form), 1);
+    chosen.forms.splice(chosen.forms.indexOf(form), 1, ...(before ? [before] : []));
     page.materials.read.delete(form);
-    if (page.form === form) page.choose(page.materials.list.indexOf(chosen));
+    if (page.form === form) page.choose(page.materials.list.indexOf(chosen), Math.max(0, chosen.forms.indexOf(before)));
     else if (page.chosen === chosen) page.describe();
   }
 
