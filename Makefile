@@ -5,7 +5,7 @@ SETUP := @$(PYTHON) scripts/setup.py
 PYTEST := NACRE_SCREENSHOTS=$(CURDIR)/out/screenshots $(RUN) -m pytest -n auto --dist loadfile -q
 
 .PHONY: demo test test-all coverage test-lab lint bench fuzz site notebooks gallery gallery-sheets gallery-textures
-.PHONY: included parity-blender release matrix setup tools lab clean
+.PHONY: included parity-blender release matrix setup tools lab clean kernel
 
 demo:  ## The main job, start to end; NACRE_DATA=FILE uses a real measurement.
 	$(SETUP) demo
@@ -86,6 +86,9 @@ included: setup  ## Make the materials that come with nacre anew, of NACRE_DATA=
 	@mkdir -p out/gallery
 	$(RUN) scripts/included.py "$(NACRE_DATA)"
 	$(foreach name,$(SHOWPIECES),$(call texture,$(name),128,src/nacre/included/captured))
+
+kernel: setup  ## Compile the kernel that fits networks in the viewer's page.
+	$(RUN) scripts/kernel.py
 
 site:  ## Materials to look at and fit, and behind them docs/ and the API reference, in out/site.
 	$(SETUP) docs

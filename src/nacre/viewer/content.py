@@ -26,6 +26,7 @@ from nacre.neural.nbrdf import NeuralBrdf
 from nacre.runtime.progress import Progress, silent
 from nacre.targets.glsl import Glsl
 from nacre.targets.textures import HeightField
+from nacre.viewer import fits
 from nacre.viewer.exports import operations_of, shared
 from nacre.viewer.maps import coded
 from nacre.viewer.page import PAGE, document, packed
@@ -213,6 +214,8 @@ class Content:
 
     def page(self, title: str, files: tuple[str, str, str] = PAGE) -> bytes:
         """The page, as UTF-8; it needs only a browser."""
+        if files == PAGE:  # others show what they are given
+            self.facts["fit"] = fits.facts(self.part("kernel", fits.kernel()))
         return document(title, self.facts, self.parts, files)
 
     def _form(self, name: str, brdf: Brdf) -> dict[str, Any]:

@@ -1,8 +1,9 @@
 """The page as one file: markup, style and scripts from the folder `page`, and its content.
 
 The page makes no requests, and its content security policy allows none: one style and two scripts
-by their hashes, of which the first unpacks the second, and workers and pictures that it makes. Only
-a page whose content is in several files may load those, as scripts that its own script asks for.
+by their hashes, of which the first unpacks the second, and workers, pictures and WebAssembly that
+it makes. Only a page whose content is in several files may load those, as scripts that its own
+script asks for.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ def document(
     for part in (boot, style):
         if re.search("</(script|style)", part, re.IGNORECASE):
             raise ValueError("a script or style would end within itself")
-    others = "blob: 'strict-dynamic'" if "more" in facts else "blob:"
+    others = "blob: 'wasm-unsafe-eval'" + (" 'strict-dynamic'" if "more" in facts else "")
     policy = (
         f"default-src 'none'; script-src '{_hash(boot)}' '{_hash(code)}' {others}; "
         f"style-src '{_hash(style)}'; "

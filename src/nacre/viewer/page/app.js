@@ -6,6 +6,7 @@ import { Compare } from "./compare.js";
 import { Controls } from "./controls.js";
 import { attempt, attributes, button, element, keyed, listed, made, pressed } from "./dom.js";
 import { Drop } from "./drop.js";
+import { Fitting } from "./fitting.js";
 import { Lobes } from "./lobes.js";
 import { Keys } from "./keys.js";
 import { Kinds } from "./kinds.js";
@@ -37,6 +38,7 @@ export class Page {
     this.controls = new Controls(this);
     this.shelf = new Shelf(this, (k) => attempt(() => this.choose(k)));
     this.drop = new Drop(this);
+    this.fitting = new Fitting(this);
     this.code = new Code(this);
     this.kinds = new Kinds(this);
     this.sharing = new Sharing(this);
@@ -199,6 +201,7 @@ export class Page {
     pressed(buttons, chosen.forms.indexOf(form));
     element("forms").replaceChildren(...(buttons.length < 2 ? [] : buttons));
     element("known").replaceChildren(...listed({ ...chosen.known, ...form.known }));
+    this.fitting.describe();
     this.code.describe();
     const [, ...lines] = this.caption();
     element("caption").replaceChildren(made("strong", {}, chosen.name), " ", lines.join(" "));
@@ -226,7 +229,7 @@ export class Page {
 
   // A frame is drawn once the last one is done: a queue of them would freeze the page.
   loop() {
-    if (this.renderer.done()) {
+    if (!this.fitting.waits() && this.renderer.done()) {
       const status = this.mode.draw();
       this.renderer.mark();
       if (element("status").textContent !== status) element("status").textContent = status;

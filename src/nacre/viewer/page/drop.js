@@ -50,7 +50,7 @@ export class Drop {
   }
 
   async all(files) {
-    const reading = new Reading(), troubles = [];
+    const { bytes, facts } = this.page, reading = new Reading(bytes(facts.fit.kernel)), troubles = [];
     for (const [k, file] of files.entries()) {
       const name = file.name.slice(0, LONGEST);
       this.state.textContent = `Reading ${name}${files.length > 1 ? ` (${k + 1} of ${files.length})` : ""}…`;
@@ -65,12 +65,12 @@ export class Drop {
     if (troubles.length) throw new Error(troubles.join("\n"));
   }
 
-  add({ name, known, network, table }) {
+  add({ name, known, source, network, table, scan }) {
     const { page } = this;
-    const form = { label: table ? "Measured" : "Network", known: {}, network, table };
+    const form = { label: table ? "Measured" : "Network", known: {}, network, table, scan };
     // A material that cannot be drawn is not added to the shelf.
     const picture = thumbnail(page.renderer, page.materials.shown(form));
-    page.add({ name: name.slice(0, LONGEST), group: GROUP, known, forms: [form], picture });
+    page.add({ name: name.slice(0, LONGEST), group: GROUP, known, source, forms: [form], picture });
   }
 }
 

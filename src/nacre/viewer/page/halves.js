@@ -10,7 +10,7 @@ export function fromHalf(half) {
 }
 
 // The nearest half of a number that is finite in single precision, ties to even.
-function toHalf(value) {
+export function toHalf(value) {
   single[0] = value;
   const sign = (bits[0] >>> 16) & 0x8000, exponent = ((bits[0] >>> 23) & 255) - 112;
   if (exponent > 30) return sign | 0x7c00;
@@ -20,6 +20,9 @@ function toHalf(value) {
   const half = whole >>> shift, rest = whole & ((1 << shift) - 1), middle = 1 << (shift - 1);
   return sign | (half + (rest > middle || (rest === middle && half & 1) ? 1 : 0));
 }
+
+// The nearest number that a half holds.
+export const rounded = (value) => fromHalf(toHalf(Math.min(Math.max(value, -LARGEST), LARGEST)));
 
 // {scale, values}: numbers as halves times a power of two, the smallest that lets the largest fit.
 export function halves(numbers) {

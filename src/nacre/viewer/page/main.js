@@ -1,9 +1,10 @@
-// Start of the page, and of the worker that reads files for it by the same script.
+// Start of the page, and of the workers that read files and fit networks for it by the same script.
 
 import { Page } from "./app.js";
 import { unpacked } from "./container.js";
 import { element, say } from "./dom.js";
 import { serve } from "./files.js";
+import { train } from "./training.js";
 
 function start() {
   unpacked(element("data").textContent)
@@ -15,4 +16,5 @@ function start() {
 }
 
 if (globalThis.document) start();
+else if (globalThis.name === "fit") train();
 else serve();

@@ -5,7 +5,7 @@
 // names of parts; `table` (see tables.js), whose grids hold their values or the name of their part; or
 // `network` (a file that was read).
 
-import { filled, keyOf, numbersFor, open, written } from "./programs.js";
+import { filled, keyOf, numbersFor, open, opened, place, written } from "./programs.js";
 import { shown } from "./tables.js";
 import { readTensors } from "./tensors.js";
 
@@ -64,9 +64,11 @@ export class Materials {
   // {glsl, textures} of a network's file, of the same GLSL for all of its shape: for those that change
   // while they are looked at.
   varying(file) {
-    const template = this.template(file), numbers = new Float32Array(4 * Math.ceil(template.places.length / 4));
-    numbers.set(numbersFor(template, file));
-    return { glsl: open(template), textures: { material_numbers: numbers } };
+    const template = this.template(file), found = template ? numbersFor(template, file) : [];
+    const glsl = template ? open(template) : opened(written(file, this.inputs, this.sampler, (x) => place(found.push(x) - 1)), found.length);
+    const numbers = new Float32Array(4 * Math.ceil(found.length / 4));
+    numbers.set(found);
+    return { glsl, textures: { material_numbers: numbers } };
   }
 
   template(file) {

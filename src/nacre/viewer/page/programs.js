@@ -39,10 +39,11 @@ export function filled(template, file) {
 }
 
 // The text with its numbers in a uniform, `material_numbers`, padded to whole vectors.
-export function open({ text, places }) {
-  const vector = (_, k) => `material_numbers[${k >> 2}].${"xyzw"[k & 3]}`;
-  return `uniform vec4 material_numbers[${Math.ceil(places.length / 4)}];\n${text.replace(/@(\d+)@/g, vector)}`;
-}
+export const open = ({ text, places }) => opened(text.replace(/@(\d+)@/g, (_, k) => place(k)), places.length);
+
+export const opened = (text, count) => `uniform vec4 material_numbers[${Math.ceil(count / 4)}];\n${text}`;
+
+export const place = (k) => `material_numbers[${k >> 2}].${"xyzw"[k & 3]}`;
 
 // What fills the places of a template.
 export function numbersFor(template, { header, tensors }) {
@@ -67,14 +68,14 @@ export function datumOf({ sampler, angle }) {
 const MOST = 1 << 13; // weights of a network that is written here: more take browsers seconds to compile
 
 // The GLSL of a network of any sizes: layer by layer, from GLSL of its inputs; see `input_sources` in
-// Python. `sampler` is GLSL of how directions are drawn.
-export function written({ header, tensors }, inputs, sampler) {
+// Python. `sampler` is GLSL of how directions are drawn; `number` writes a number.
+export function written({ header, tensors }, inputs, sampler, number = literal) {
   const [name, isotropic, sizes, activation] = keyOf(header), lines = [];
   const angle = name === "enhanced" && !isotropic ? header.angle : 0;
   const count = sizes.slice(1).reduce((sum, size, k) => sum + (sizes[k] + 1) * size, 0);
   if (count > MOST) throw new FileError(`has ${count} weights; this page draws networks of up to ${MOST}`);
   if (angle) {
-    const [c, s] = [Math.cos(angle), Math.sin(angle)].map(literal);
+    const [c, s] = [Math.cos(angle), Math.sin(angle)].map((x) => number(x));
     for (const w of ["wi", "wo"]) lines.push(`${w}.xy = vec2(${c} * ${w}.x + ${s} * ${w}.y, ${c} * ${w}.y - ${s} * ${w}.x);`);
   }
   lines.push("vec4 a = material_first(wi, wo), b = material_second(wi, wo);");
@@ -82,7 +83,7 @@ export function written({ header, tensors }, inputs, sampler) {
   for (let layer = 1; layer < sizes.length; layer++) {
     const { values: weights } = tensors[`weights_${layer}`], { values: biases } = tensors[`biases_${layer}`];
     const sums = Array.from(biases, (bias, j) =>
-      [literal(bias), ...values.map((value, i) => `${value} * ${literal(weights[i * biases.length + j])}`)].join(" + "));
+      [number(bias), ...values.map((value, i) => `${value} * ${number(weights[i * biases.length + j])}`)].join(" + "));
     values = sums.map((sum, j) => `v${layer}_${j}`);
     sums.forEach((sum, j) => {
       lines.push(`float ${values[j]} = ${layer < sizes.length - 1 ? `max(${sum}, 0.0)` : sum};`);
