@@ -53,9 +53,10 @@ export class Drop {
     const { bytes, facts } = this.page, reading = new Reading(bytes(facts.fit.kernel)), troubles = [];
     for (const [k, file] of files.entries()) {
       const name = file.name.slice(0, LONGEST);
-      this.state.textContent = `Reading ${name}${files.length > 1 ? ` (${k + 1} of ${files.length})` : ""}…`;
+      const said = `Reading ${name}${files.length > 1 ? ` (${k + 1} of ${files.length})` : ""}`;
+      this.state.textContent = `${said}…`;
       try {
-        this.add(await reading.read(file));
+        this.add(await reading.read(file, (part) => (this.state.textContent = `${said}, ${Math.round(100 * part)} %`)));
       } catch (error) {
         troubles.push(`${name}: ${error.message}`);
       }

@@ -11,21 +11,32 @@ import { tabulated } from "./scan.js";
 import { FileError } from "./tensors.js";
 
 const LIMIT = 1 << 28; // bytes
+const SLICE = 1 << 23; // bytes that are read at a time
 const READERS = { ".safetensors": networkOf, ".binary": readMerl, ".bsdf": readRgl, ".mbsdf": readMbsdf, ".csv": scanOf };
 
 export const ENDINGS = Object.keys(READERS);
 
 // {name, known, source, network | table, scan} of a file; throws a FileError that says what is wrong.
-export async function read(file, wasm) {
+// `progress` is called with the fraction that was read.
+export async function read(file, wasm, progress = () => {}) {
   const ending = file.name.toLowerCase().match(/\.[a-z]*$/)?.[0];
   if (!Object.hasOwn(READERS, ending)) throw new FileError(`is of a kind that this page does not read; it reads ${ENDINGS.join(", ")}`);
   if (file.size > LIMIT) throw new FileError(`is larger than ${LIMIT} bytes, the most that this page reads`);
-  const buffer = await file.arrayBuffer(), source = { file: file.name };
+  const buffer = await whole(file, progress), source = { file: file.name };
   const hash = await globalThis.crypto?.subtle?.digest("SHA-256", buffer);
   if (hash) source.sha256 = Array.from(new Uint8Array(hash), (byte) => byte.toString(16).padStart(2, "0")).join("");
   const { name, known, ...form } = READERS[ending](buffer, wasm);
   const short = name || file.name.slice(0, -ending.length);
   return { name: short, known: { ...known, File: file.name, "File bytes": file.size.toLocaleString("en") }, source, ...form };
+}
+
+async function whole(file, progress) {
+  const bytes = new Uint8Array(file.size);
+  for (let start = 0; start < file.size; start += SLICE) {
+    if (start) progress(start / file.size);
+    bytes.set(new Uint8Array(await file.slice(start, start + SLICE).arrayBuffer()), start);
+  }
+  return bytes.buffer;
 }
 
 function networkOf(buffer) {
@@ -46,7 +57,7 @@ function scanOf(buffer, wasm) {
 export function serve() {
   globalThis.onmessage = async ({ data }) => {
     try {
-      const found = await read(data.file, data.wasm);
+      const found = await read(data.file, data.wasm, (part) => postMessage({ part }));
       const numbers = found.table ? Object.values(found.table.grids) : Object.values(found.network.tensors);
       postMessage({ found }, [...new Set(numbers.map(({ values }) => values.buffer))]);
     } catch (error) {
@@ -65,11 +76,15 @@ export class Reading {
     this.worker = new Worker(this.url);
   }
 
-  // One file at a time; rejects with an Error in words.
-  read(file) {
+  // One file at a time; rejects with an Error in words. `progress` is called with the fraction read.
+  read(file, progress) {
     const { worker } = this;
     return new Promise((resolve, reject) => {
-      worker.onmessage = ({ data }) => (data.trouble ? reject(new Error(data.trouble)) : resolve(data.found));
+      worker.onmessage = ({ data }) => {
+        if (data.part) progress(data.part);
+        else if (data.trouble) reject(new Error(data.trouble));
+        else resolve(data.found);
+      };
       worker.onerror = (event) => reject(new Error(`could not be read: ${event.message ?? "the browser runs no workers here"}`));
       worker.onmessageerror = () => reject(new Error("could not be read: it takes too much memory"));
       worker.postMessage({ file, wasm: this.wasm });
