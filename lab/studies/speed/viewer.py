@@ -1,7 +1,8 @@
 """Pages of `nacre view`: bytes, first pictures, frames and convergence, in Chromium on SwiftShader.
 
-Each page is opened anew every round. Frames are those of a sphere without a stage. A picture counts as converged at the frame where the page says
-so; its PSNR, as shown, is against one of eight times as many frames.
+Each page is opened anew every round. Frames are those of a sphere without a stage. A picture counts
+as converged at the frame where the page says so; its PSNR, as shown, is against one of eight times
+as many frames.
 
 Run `python -m lab.studies.speed.viewer PAGE...` on pages that `nacre view` wrote.
 """
