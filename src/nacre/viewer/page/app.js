@@ -53,8 +53,8 @@ export class Page {
     const { sharing, address } = this, theme = new Theme();
     const undo = () => sharing.tell(address.undo() ? "Undone" : "Nothing to undo");
     const keys = new Keys([
-      ["123456789", "The first materials", (key) => this.choose(Math.min(Number(key), this.materials.list.length) - 1), "1 \u2026 9"],
-      [["ArrowLeft", "ArrowUp", "ArrowRight", "ArrowDown"], "The material before or after", (key) => this.shelf.step(/Left|Up/.test(key) ? -1 : 1), "\u2190 \u2192"],
+      ["123456789", "The first materials", (key) => this.materials.list[key - 1] && this.choose(key - 1), "1 \u2026 9"],
+      [["ArrowLeft", "ArrowRight"], "The material before or after", (key) => this.shelf.step(key === "ArrowLeft" ? -1 : 1), "\u2190 \u2192"],
       ["m", "The next mode", () => this.open(next(this.modes, this.mode)), "m"],
       ["s", "The next shape", () => this.controls.next("shape"), "s"],
       ["l", "The next light", () => this.controls.next("light"), "l"],
