@@ -2,7 +2,7 @@
 
 For windows of a phone, a tablet and a desktop in Chromium: the PSNR of the canvas, as shown,
 against the same picture once its filter has faded, beside pairs of directions a pixel. Screenshots
-are written where a folder is named.
+and a sheet of them are written where a folder is named.
 
 Run `python -m lab.studies.speed.viewer_first PAGE --screenshots FOLDER` on a page that `nacre view`
 wrote.
@@ -14,6 +14,7 @@ import base64
 import io
 import math
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from tests.oracles.runners import browser
 WINDOWS = {"phone": (390, 844), "tablet": (1024, 768), "desktop": (1440, 900)}
 SECONDS = 1.0, 2.0, 8.0
 _QUALITY = 82
+_WIDTH, _HEIGHT, _GAP = 1200, 260, 8  # of the sheet of screenshots, in pixels
 
 CANVAS = """() => {
   const { renderer } = window.page ?? {};
@@ -80,6 +82,26 @@ def main() -> None:
             log(name, f"{took:.0f} s")
             rows.append(tuple(row))
     study.table(("window", *(f"after {seconds:g} s" for seconds in SECONDS)), rows)
+    if options.screenshots:
+        sheet(options.screenshots, windows)
+
+
+def sheet(folder: Path, windows: Iterable[str]) -> None:
+    """One picture of all screenshots: windows below each other, seconds from left to right."""
+    from PIL import Image
+
+    rows = []
+    for name in windows:
+        shots = [Image.open(folder / f"viewer-{name}-{seconds:g}.png") for seconds in SECONDS]
+        row = Image.new("RGB", (_WIDTH, _HEIGHT), "white")
+        for k, shot in enumerate(shots):
+            shot.thumbnail((_WIDTH // len(shots) - _GAP, _HEIGHT - _GAP))
+            row.paste(shot.convert("RGB"), (k * _WIDTH // len(shots), 0))
+        rows.append(row)
+    whole = Image.new("RGB", (_WIDTH, _HEIGHT * len(rows)), "white")
+    for k, row in enumerate(rows):
+        whole.paste(row, (0, k * _HEIGHT))
+    whole.save(folder / "viewer-first.jpg", quality=_QUALITY)
 
 
 def said(url: str, wanted: np.ndarray, drawn: int) -> str:
@@ -98,10 +120,9 @@ def watched(
     for seconds in SECONDS:
         tab.wait_for_timeout(max(1e3 * (start + seconds - time.perf_counter()), 0.0))
         found[seconds] = tab.evaluate(CANVAS)
-        if folder and seconds == SECONDS[-1]:
+        if folder:
             folder.mkdir(parents=True, exist_ok=True)
-            shot = folder / f"viewer-{name}.jpg"
-            tab.screenshot(path=shot, type="jpeg", quality=_QUALITY)
+            tab.screenshot(path=folder / f"viewer-{name}-{seconds:g}.png")
     found["converged"] = tab.evaluate(CONVERGED), 0
     tab.close()
     return found, time.perf_counter() - start

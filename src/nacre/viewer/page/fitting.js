@@ -4,6 +4,7 @@ import { attempt, button, choice, element, made } from "./dom.js";
 import { Fit } from "./fit.js";
 import { Look } from "./look.js";
 import { bytesOf, handOver } from "./save.js";
+import { kindOf } from "./shelf.js";
 
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render/i; // renderers on the processor
 const FEW = 3, SPARSE = 1500; // frames of a network, and ms between two, where the processor draws them
@@ -35,7 +36,10 @@ export class Fitting {
 
   // The page shows a material, or another form of it.
   describe() {
-    this.save.hidden = !this.page.form.fitted;
+    const { form, chosen } = this.page;
+    this.save.hidden = !form.fitted;
+    // A material that is a network already needs none.
+    this.idle.hidden = Boolean(this.fit) || (!form.fitted && chosen.forms.every((each) => kindOf(each) === "neural"));
   }
 
   async start() {
