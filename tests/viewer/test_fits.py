@@ -22,6 +22,7 @@ from nacre.sampling.mixture import GgxMixture
 from nacre.viewer.content import Entry
 from tests.measured.support import hemisphere
 from tests.targets.support import needs
+from tests.tiers import tiered
 from tests.viewer.fitting import BUTTON, drop, fit, saved, start
 from tests.viewer.tab import Tab, page, wait_for
 
@@ -76,7 +77,7 @@ def ended(tab: Tab) -> None:
     wait_for(tab.page, lambda: not tab.page.workers, "workers go on")
 
 
-@pytest.mark.parametrize(("k", "truth"), [(0, SHINY), (1, BRUSHED)])
+@pytest.mark.parametrize(("k", "truth"), tiered([(0, SHINY), (1, BRUSHED)], lambda c: not c[0]))
 def test_a_formula_is_fitted_and_saved(tab: Tab, tmp_path: Path, k: int, truth: Brdf) -> None:
     tab.page.evaluate(f"window.page.choose({k})")
     fit(tab, "draft")

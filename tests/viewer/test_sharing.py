@@ -97,6 +97,7 @@ def test_an_address_reopens_the_view_to_the_pixel(shown: Tab) -> None:
     assert (before != plain).mean() > 0.2
 
 
+@pytest.mark.slow
 def test_a_comparison_is_in_the_address(shown: Tab) -> None:
     shown.page.get_by_role("tab", name="Compare").click()
     shown.page.get_by_role("combobox", name="Other").select_option("Painted metal")

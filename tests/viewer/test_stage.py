@@ -203,6 +203,7 @@ def test_exposure_suits_the_material_but_leaves_it_its_kind(tab: Tab) -> None:
     assert tab.page.evaluate(GAIN) == gains[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", ["cloth", "knot"])
 def test_other_shapes_stand_there_too(tab: Tab, shape: str) -> None:
     tab.open(content())
