@@ -57,6 +57,6 @@ def fit(tab: Tab, preset: str) -> float:
 def saved(tab: Tab, path: Path) -> Path:
     """The file that the page hands over of the network that it shows."""
     with tab.page.expect_download() as download:
-        tab.page.click(BUTTON.format("Save"))
+        tab.page.click(BUTTON.format("Save network"))
     download.value.save_as(path)
     return path

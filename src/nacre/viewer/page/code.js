@@ -9,7 +9,7 @@ export class Code {
     this.page = page;
     this.choice = choice("Code", Object.entries(TARGETS).map(([target, [title]]) => [target, title]), () => {});
     this.panel = made("div", { className: "buttons", role: "group", "aria-label": "Code for other tools" }, this.choice,
-      button("Copy", () => this.copy(), { title: "What nacre export writes" }), button("Save", () => this.save()));
+      button("Copy code", () => this.copy(), { title: "What nacre export writes" }), button("Save code", () => this.save()));
     element("panels").after(this.panel);
   }
 

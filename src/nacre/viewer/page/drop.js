@@ -67,11 +67,11 @@ export class Drop {
   }
 
   add({ name, known, source, network, table, scan }) {
-    const { page } = this;
-    const form = { label: table ? "Measured" : "Network", known: {}, network, table, scan };
+    const { page } = this, { File, "File bytes": size, ...own } = known;
+    const form = { label: table ? "Measured" : "Network", known: own, network, table, scan };
     // A material that cannot be drawn is not added to the shelf.
     const picture = thumbnail(page.renderer, page.materials.shown(form));
-    page.add({ name: name.slice(0, LONGEST), group: GROUP, known, source, forms: [form], picture });
+    page.add({ name: name.slice(0, LONGEST), group: GROUP, known: { File, "File bytes": size }, source, forms: [form], picture });
   }
 }
 

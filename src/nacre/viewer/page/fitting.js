@@ -5,8 +5,8 @@ import { Fit } from "./fit.js";
 import { Look } from "./look.js";
 import { bytesOf, handOver } from "./save.js";
 import { kindOf } from "./shelf.js";
+import { software } from "./webgl.js";
 
-const SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render/i; // renderers on the processor
 const FEW = 3, SPARSE = 1500; // frames of a network, and ms between two, where the processor draws them
 const SHORT = { draft: "Neural, draft", standard: "Neural" };
 
@@ -20,7 +20,7 @@ export class Fitting {
     this.preset = choice("Quality", Object.keys(SHORT).map((name) => [name, name]), () => {});
     this.make = button("Make it neural", () => this.start(), { title: "Fit a small network to this material, in this page" });
     this.stop = button("Cancel", () => this.fit.cancel());
-    this.save = button("Save", () => this.saved());
+    this.save = button("Save network", () => this.saved());
     this.idle = made("div", { className: "buttons" }, this.preset, this.make, this.save);
     this.busy = made("div", { className: "buttons", hidden: true }, this.bar, this.state, this.stop);
     this.panel.append(this.idle, this.busy, this.said);
@@ -54,7 +54,7 @@ export class Fitting {
       const seconds = ((performance.now() - this.fit.began) / 1000).toFixed(1), { held_out_loss: loss } = network.header.quality;
       network.header.name = chosen.name;
       if (chosen.source) network.header.source = chosen.source;
-      this.show(network, preset, { "Held-out loss": loss.toPrecision(3), "Fitted in": `${seconds} s, in this page` });
+      this.show(network, preset, { Model: "NeuralBrdf", Layers: network.header.sizes.join("-"), Bytes: bytes(network), "Held-out loss": loss.toPrecision(3), "Fitted in": `${seconds} s, in this page` });
       this.turn(false, `${chosen.name}: a network in ${seconds} s, held-out loss ${loss.toPrecision(3)}.`);
     } catch (error) {
       this.drop();
@@ -80,7 +80,7 @@ export class Fitting {
     const seconds = ((performance.now() - this.fit.began) / 1000).toFixed(0);
     this.state.textContent = `${Math.round(100 * progress)} %, held-out loss ${loss.toPrecision(3)}, ${seconds} s`;
     const now = performance.now();
-    if (this.made && this.software() && now - this.drawn < SPARSE) return;
+    if (this.made && software(this.page.renderer.gl) && now - this.drawn < SPARSE) return;
     this.drawn = now;
     this.show(network, preset);
   }
@@ -97,7 +97,7 @@ export class Fitting {
     const form = this.made, shows = page.form === form || (first && page.chosen === chosen);
     Object.assign(form, { network, known: known ?? {} });
     // Programs of their own draw faster in software, but take it a second to compile.
-    const compiled = known && this.software();
+    const compiled = known && software(this.page.renderer.gl);
     materials.read.set(form, compiled ? { glsl: materials.network(network) } : materials.varying(network));
     if (shows && (first || known)) page.choose(page.materials.list.indexOf(chosen), chosen.forms.indexOf(form));
     else if (known ? page.chosen === chosen : shows && page.mode instanceof Look) page.mode.changed();
@@ -110,13 +110,7 @@ export class Fitting {
   // have to draw more than it takes to see what has changed.
   waits() {
     const { frames } = this.page.renderer;
-    return Boolean(this.fit) && frames > 0 && (!this.made || (frames >= FEW && this.software()));
-  }
-
-  // Whether there is no GPU.
-  software() {
-    const { gl } = this.page.renderer, known = gl.getExtension("WEBGL_debug_renderer_info");
-    return SOFTWARE.test(gl.getParameter(known ? known.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+    return Boolean(this.fit) && frames > 0 && (!this.made || (frames >= FEW && software(this.page.renderer.gl)));
   }
 
   // Take an unfinished network away; the one before comes back.
@@ -133,4 +127,10 @@ export class Fitting {
     const { network } = this.page.form;
     handOver(this.page.chosen.name, bytesOf(network));
   }
+}
+
+// Bytes of the weights, as `nacre info` counts them.
+function bytes({ tensors }) {
+  const size = ({ type, values }) => values.length * (type === "F16" ? 2 : 4);
+  return Object.values(tensors).reduce((sum, each) => sum + size(each), 0).toLocaleString("en");
 }

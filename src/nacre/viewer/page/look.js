@@ -1,12 +1,12 @@
 // Modes of the page, and the one that shows a material on its stage.
 
 import { element, made } from "./dom.js";
+import { software } from "./webgl.js";
 
 const CONVERGED = 64; // frames: noise is about what screens show
 export const LAST = 256; // nothing is seen to change
 const SQUARE = 512; // pixels along an edge of pictures of other modes
 const AREA = 1 << 20, SOFTLY = 1 << 19; // pixels of this one at most, and where software draws
-const SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render/i;
 
 // A word on how far a picture is.
 export const state = (frames, whole = CONVERGED) => (frames < whole ? `refining, ${Math.round((100 * frames) / whole)} %` : "converged");
@@ -102,9 +102,4 @@ export class Look extends Mode {
     }
     return state(frames);
   }
-}
-
-function software(gl) {
-  const known = gl.getExtension("WEBGL_debug_renderer_info");
-  return SOFTWARE.test(known ? gl.getParameter(known.UNMASKED_RENDERER_WEBGL) : "");
 }

@@ -6,9 +6,9 @@ import { Look } from "./look.js";
 import { Map2d, weightsAt } from "./map.js";
 import { bytesOf, handOver } from "./save.js";
 import { readTensors } from "./tensors.js";
+import { software } from "./webgl.js";
 
 const NAMED = 3; // materials that a mixture is named after
-const SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render/i; // renderers that are slow to read uniforms
 
 export class Space extends Look {
   static available(page) {
@@ -64,7 +64,8 @@ around it and decoded to a network here. At a material that is close to it, not 
     this.old = false;
     this.file = this.decoder.network(this.decoder.mixed(this.weights), this.name);
     const { renderer, materials } = page, before = renderer.pictures[0]?.program;
-    this.material = this.compiles() ? { glsl: materials.network(this.file) } : materials.varying(this.file);
+    // Each code has a program of its own where the processor draws.
+    this.material = software(renderer.gl) ? { glsl: materials.network(this.file) } : materials.varying(this.file);
     renderer.show(this.material);
     const { program } = renderer.pictures[0];
     if (before === this.own && before !== program) renderer.forget(before);
@@ -73,12 +74,6 @@ around it and decoded to a network here. At a material that is close to it, not 
     element("picture").setAttribute("aria-label", `${this.name}; arrow keys turn it`);
     element("forms").replaceChildren();
     element("known").replaceChildren();
-  }
-
-  // Whether each code is compiled to a program of its own: slow where there is a GPU, fast without.
-  compiles() {
-    const { gl } = this.page.renderer, known = gl.getExtension("WEBGL_debug_renderer_info");
-    return SOFTWARE.test(gl.getParameter(known ? known.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
   }
 
   draw() {

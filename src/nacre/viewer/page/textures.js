@@ -137,7 +137,9 @@ export class Textures extends Mode {
     page.renderer.present(textured.latest, textured.frames);
     while (times.length && times[0] < now - 1) times.shift();
     if (moving) times.push(now);
-    if (this.path !== "still") return times.length > 1 ? `${Math.round((times.length - 1) / (times.at(-1) - times[0]))} pictures a second` : "";
+    if (this.path !== "still") return times.length > 1 ? rate(Math.round((times.length - 1) / (times.at(-1) - times[0]))) : "";
     return state(textured.frames, CONVERGED);
   }
 }
+
+const rate = (count) => `${count} ${count === 1 ? "picture" : "pictures"} a second`;

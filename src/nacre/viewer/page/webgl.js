@@ -195,3 +195,11 @@ export class Context {
     gl.bindVertexArray(null);
   }
 }
+
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render/i;
+
+// Whether the processor draws: it is slow at pictures and at reading uniforms, but compiles quickly.
+export function software(gl) {
+  const known = gl.getExtension("WEBGL_debug_renderer_info");
+  return SOFTWARE.test(gl.getParameter(known ? known.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+}
