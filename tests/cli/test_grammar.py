@@ -15,7 +15,7 @@ from nacre.cli.layout import heading, is_shared
 from nacre.cli.ranges import FiniteRange, IntRange, in_words, positive
 from tests.cli.support import run
 
-INSTRUMENTS = {f"measure {name}" for name in ("gloss", "haze", "sphere", "45-0", "multiangle")}
+INSTRUMENTS = {f"measure {name}" for name in ("gloss", "haze", "sphere", "45-0")}
 SILENT = {"cache", "completion", "help", "materials", *INSTRUMENTS}
 """Commands that write nothing."""
 UNREPORTED = {"completion", "help", "demo"}

@@ -87,3 +87,12 @@ def test_directions_that_were_not_measured_are_noted(capsys, folder):
     assert captured.out.splitlines()[1].split()[-1] == "known"
     found = run_json(capsys, "measure", "gloss", "scan.csv")["gloss"]
     assert [each["known_fraction"] for each in found] == [1.0, 1.0, 0.0]
+
+
+def test_colors_are_drawn(capsys, folder):
+    pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
+    call = "measure", "multiangle", "red.json", "--standard", "gray.json", "-o", "red.png"
+    assert run_json(capsys, *call)["output"] == "red.png"
+    assert Path("red.png").read_bytes().startswith(b"\x89PNG")
+    assert_refused(capsys, "a plot ends in", *call[:-1], "red.gif")
+    assert_refused(capsys, "red.json", *call[:-1], "red.json")

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from nacre.instruments import Color
 
 _KNOWN = 0.9995  # what rounds to 100 %
+_GRAY = 0.005  # chroma of colors whose hue is noise
+_HUE = 4  # place of the hue in a row of numbers
 
 
 def azimuth_options() -> list[Option | str]:
@@ -63,7 +65,10 @@ def report_colors(
             difference = color.difference(standard[index])
             numbers.append(difference)
             entry["ciede2000"] = difference
-        rows.append([name, *(f"{number:.2f}" for number in numbers)])
+        shown = [f"{round(number, 2) + 0.0:.2f}" for number in numbers]
+        if color.chroma < _GRAY:
+            shown[_HUE] = ""
+        rows.append([name, *shown])
         data.append(entry)
     first = colors[0]
     say(printable(path.resolve().name), style="bold")
