@@ -20,7 +20,7 @@ command = Group(
         },
     },
     modules={"45-0": "forty_five"},
-    help="Read gloss, haze and colors as instruments do, or plan measurements.\n\nInstruments take "
+    help="Read gloss, haze and color, or plan measurements.\n\nInstruments take "
     "any reflectance. A plan is a table with empty cells; filled in, it is a measurement that "
     "'nacre fit' takes.",
 )
