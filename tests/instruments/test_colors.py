@@ -94,6 +94,13 @@ def test_bands_between_nodes_share_the_spectrum():
     np.testing.assert_allclose(weights.sum(axis=0), xyz_per_node("A", 10).sum(axis=0))
 
 
+def test_unknown_lights_and_observers_are_refused():
+    with pytest.raises(ValueError, match="one of D65, A, F11, got 'D50'"):
+        rgb_weights("D50", 2)
+    with pytest.raises(ValueError, match="2 or 10 degrees, got 4"):
+        rgb_weights("D65", 4)
+
+
 def test_against_colour_science():
     colour = pytest.importorskip("colour")
     rng = np.random.default_rng(3)

@@ -48,7 +48,7 @@ def projected(angle: float, edges: tuple[float, float]) -> float:
     return abs(0.5 * total)
 
 
-def on_a_grid(roughness: float, angle: float, receptors, count: int = 160) -> float:
+def on_a_grid(roughness: float, angle: float, receptors, count: int = 120) -> float:
     """Gloss or haze of GGX by the midpoint rule, in coordinates of the field stops."""
 
     def midpoints(polar, edges, counts):
@@ -63,7 +63,7 @@ def on_a_grid(roughness: float, angle: float, receptors, count: int = 160) -> fl
         area = 4.0 * math.prod(math.tan(math.radians(0.5 * edge)) for edge in edges)
         return w / length[:, None], area / len(x) / length**3
 
-    light, solid = midpoints(angle, SOURCE, (8, 16))
+    light, solid = midpoints(angle, SOURCE, (6, 12))
     half = light[:, 1] > 0.0  # the other half reads the same
     light, solid = light[half], 2.0 * solid[half]
     total = 0.0

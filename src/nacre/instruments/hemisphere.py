@@ -16,7 +16,7 @@ from nacre.instruments.apertures import turned
 from nacre.instruments.quadrature import circle, graded, on_interval
 
 _AROUND = 64  # azimuths
-_OUTER = 32  # polar angles of half vectors beyond which the horizon cuts some off
+_EDGE = 1e-3  # width in radians of the panel beside the last half vectors above the horizon
 
 
 def hemisphere(fixed: Doubles) -> tuple[Doubles, Doubles]:
@@ -34,14 +34,14 @@ def hemisphere(fixed: Doubles) -> tuple[Doubles, Doubles]:
     phi, step = circle(_AROUND)
     parts = [_grid(theta, widths, np.tile(phi, (len(theta), 1)), np.full((len(theta), 1), step))]
     if last > whole:
-        # The range of azimuths starts and ends with roots, which this substitution makes smooth.
-        t, steps = on_interval(0.0, 1.0, _OUTER)
-        outer = whole + (last - whole) * np.sin(0.5 * math.pi * t) ** 2
-        slope = (last - whole) * 0.5 * math.pi * np.sin(math.pi * t)
+        # The range of azimuths starts and ends with roots; the tail of a lobe goes on from `whole`.
+        middle = 0.5 * (whole + last)
+        halves = graded(whole, middle, whole), graded(middle, last, last, _EDGE)
+        outer, steps = (np.concatenate(part) for part in zip(*halves, strict=True))
         limit = (0.5 / np.cos(outer) - np.cos(outer)) * cosine / (np.sin(outer) * sine)
         most = np.arccos(np.clip(limit, -1.0, 1.0))
         nodes, shares = on_interval(-1.0, 1.0, _AROUND)
-        parts.append(_grid(outer, steps * slope, most[:, None] * nodes, most[:, None] * shares))
+        parts.append(_grid(outer, steps, most[:, None] * nodes, most[:, None] * shares))
     half, weights = (np.concatenate(part) for part in zip(*parts, strict=True))
     half = turned(half, math.degrees(azimuth))
     along = half @ fixed

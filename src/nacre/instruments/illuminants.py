@@ -41,8 +41,13 @@ def nodes() -> Doubles:
 def xyz_per_node(illuminant: Illuminant, observer: Observer) -> Doubles:
     """XYZ of a reflectance of 1 at one of :func:`nodes` and 0 elsewhere, (81, 3).
 
-    Their sum is the color of the perfect white, whose Y is 100 (CIE 15:2018, section 7).
+    Their sum is the color of the perfect white, whose Y is 100 (CIE 15:2018, section 7). Raises
+    ValueError if the illuminant or the observer is unknown.
     """
+    if illuminant not in (*ILLUMINANTS, "C"):
+        raise ValueError(f"illuminant must be one of {', '.join(ILLUMINANTS)}, got {illuminant!r}")
+    if observer not in OBSERVERS:
+        raise ValueError(f"observer must be 2 or 10 degrees, got {observer!r}")
     table = _table()
     power = table[illuminant]
     seen = np.stack([power * table[f"{axis}{observer}"] for axis in "xyz"], axis=1)
