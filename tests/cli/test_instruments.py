@@ -96,3 +96,12 @@ def test_colors_are_drawn(capsys, folder):
     assert Path("red.png").read_bytes().startswith(b"\x89PNG")
     assert_refused(capsys, "a plot ends in", *call[:-1], "red.gif")
     assert_refused(capsys, "red.json", *call[:-1], "red.json")
+
+
+def test_a_single_wavelength_has_gloss_and_no_color(capsys, folder):
+    rows = ["# units: degrees", "# values: f_r in 1/sr", "theta_i,phi_i,theta_o,phi_o,650 nm"]
+    rows += [f"{i},0,{o},{phi},0.1" for i in (0, 30) for o in (0, 30) for phi in (0, 180)]
+    Path("laser.csv").write_text("\n".join(rows) + "\n")
+    assert run("measure", "gloss", "laser.csv", quiet=False) == 0
+    assert "measured at 650 nm only" in capsys.readouterr().err
+    assert_refused(capsys, "make no color (650 nm); colors cannot", "measure", "45-0", "laser.csv")

@@ -10,7 +10,7 @@ import pytest
 import nacre
 from nacre.analytic import MODELS
 from nacre.brdf import Brdf
-from nacre.instruments import BLACK_GLASS, Mirror, gloss, haze
+from nacre.instruments import BLACK_GLASS, Mirror, bidirectional, gloss, haze
 from nacre.instruments.glossmeter import RECEPTORS, SOURCE
 from nacre.instruments.hazemeter import BANDS, log_haze
 from tests.instruments.surfaces import BLACK, WHITE, Polished, ggx, ggx_values
@@ -152,6 +152,16 @@ def test_readings_tell_how_much_of_them_is_known():
 def test_what_cannot_be_read_is_refused():
     with pytest.raises(ValueError, match="20, 60 or 85 degrees, not 45"):
         gloss(BLACK_GLASS, 45)
-    infrared = type("Infrared", (Limited,), {"channels": ("905 nm",) * 3})
-    with pytest.raises(nacre.NacreError, match=r"infrared: its bands make no color \(905 nm\)"):
-        gloss(infrared(name="infrared"), 60)
+    infrared = type("Infrared", (Limited,), {"channels": ("905 nm", "850 nm", "850 nm")})
+    with pytest.raises(
+        nacre.NacreError, match=r"far: its bands make no color \(905 nm, 850 nm\); choose one"
+    ):
+        gloss(infrared(name="far"), 60)
+
+
+def test_one_band_has_gloss_and_no_color():
+    laser = type("Laser", (Limited,), {"channels": ("650 nm",) * 3})(name="laser")
+    assert gloss(laser, 20) == gloss(Limited(name="white"), 20)
+    assert haze(laser) == haze(Limited(name="white"))
+    with pytest.raises(nacre.NacreError, match=r"laser: its bands make no color \(650 nm\)"):
+        bidirectional(laser)

@@ -64,7 +64,7 @@ def gloss(material: Brdf | Mirror, angle: float = 60.0, *, azimuth: float = 0.0)
     ValueError
         If the angle is another one.
     NacreError
-        If the material has no color.
+        If the material has several bands that make no color. One band is read for itself.
 
     Examples
     --------
@@ -73,7 +73,7 @@ def gloss(material: Brdf | Mirror, angle: float = 60.0, *, azimuth: float = 0.0)
     """
     if angle not in RECEPTORS:
         raise ValueError(f"gloss is measured at 20, 60 or 85 degrees, not {angle:g}")
-    specimen = Specimen(material, azimuth)
+    specimen = Specimen(material, azimuth, color=False)
     signal = flux(specimen, angle, [receptor(angle)])
     return Gloss(float(angle), 100.0 * specimen.luminous(signal) / reference(angle), signal.known)
 

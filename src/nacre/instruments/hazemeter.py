@@ -49,10 +49,9 @@ class Haze:
 def haze(material: Brdf | Mirror, *, azimuth: float = 0.0) -> Haze:
     """Reflection haze: light that a gloss receptor at 20 degrees just misses.
 
-    Parameters are those of :func:`nacre.instruments.gloss`. Raises NacreError if the material has
-    no color.
+    Parameters and errors are those of :func:`nacre.instruments.gloss`.
     """
-    specimen = Specimen(material, azimuth)
+    specimen = Specimen(material, azimuth, color=False)
     stops = [Rectangle(-angle, *RECEPTORS[ANGLE]) for angle in BANDS]
     signal = flux(specimen, ANGLE, stops)
     value = 100.0 * specimen.luminous(signal) / reference(ANGLE)

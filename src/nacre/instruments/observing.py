@@ -50,24 +50,32 @@ class Specimen:
         A reflectance, or a mirror where the instrument reads one.
     azimuth
         Azimuth of the plane of incidence in degrees, for anisotropic materials.
+    color
+        Whether a color is wanted; else one band stands for all.
 
     Raises
     ------
     NacreError
-        If the bands of the material make no color.
+        If the bands of the material make no color, and it has several or a color is wanted.
     """
 
-    def __init__(self, material: Brdf | Mirror, azimuth: float = 0.0) -> None:
+    def __init__(
+        self, material: Brdf | Mirror, azimuth: float = 0.0, *, color: bool = True
+    ) -> None:
         self.mirror = material if isinstance(material, Mirror) else None
         self._brdf = None if isinstance(material, Mirror) else material
         self._azimuth = azimuth
         self._bands: Doubles | None = None
         if self._brdf is None:
             return
+        bands = list(dict.fromkeys(self._brdf.channels))
+        if self._brdf.channels != COLOR and len(bands) == 1 and not color:
+            return  # the three channels are this band
         if self._brdf.channels != COLOR:
             name = self._brdf.name or "this material"
-            seen = ", ".join(dict.fromkeys(self._brdf.channels))
-            raise NacreError(f"{name}: its bands make no color ({seen}); instruments need one")
+            seen = ", ".join(bands)
+            fix = "colors cannot be read of it" if color else "choose one of them"
+            raise NacreError(f"{name}: its bands make no color ({seen}); {fix}")
         if self._brdf.wavelengths is not None:
             self._bands = np.asarray(self._brdf.wavelengths, np.float64)
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.measure.readings import azimuth_options, note_known
+from nacre.cli.measure.readings import azimuth_options, note_band, note_known
 from nacre.cli.report import print_table, progress, report, say
 from nacre.errors import printable
 
@@ -38,4 +38,5 @@ def command(path: Path, azimuth: float) -> None:
         {"angle_deg": r.angle, "gloss_gu": r.value, "known_fraction": r.known} for r in readings
     ]
     report([], {"file": str(path), "gloss": data})
+    note_band(brdf)
     note_known(min(r.known for r in readings))

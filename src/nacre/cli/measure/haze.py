@@ -4,7 +4,7 @@ from pathlib import Path
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.measure.readings import azimuth_options, note_known
+from nacre.cli.measure.readings import azimuth_options, note_band, note_known
 from nacre.cli.report import print_facts, print_json, progress
 
 
@@ -46,4 +46,5 @@ def command(path: Path, azimuth: float) -> None:
             "known_fraction": found.known,
         }
     )
+    note_band(brdf)
     note_known(found.known)

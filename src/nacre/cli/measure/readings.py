@@ -14,6 +14,7 @@ from nacre.cli.report import note, print_table, report, say
 from nacre.errors import printable
 
 if TYPE_CHECKING:
+    from nacre.brdf import Brdf
     from nacre.instruments import Color
 
 _KNOWN = 0.9995  # what rounds to 100 %
@@ -82,7 +83,17 @@ def report_colors(
         )
 
 
+def note_band(brdf: Brdf) -> None:
+    """Say so where a reading is that of one band."""
+    from nacre.brdf import COLOR
+
+    if brdf.channels != COLOR:
+        note(f"measured at {brdf.channels[0]} only: the reading is that of this wavelength")
+
+
 def note_known(known: float) -> None:
     """Say so where a reading rests on directions at which f_r is not known."""
     if known < _KNOWN:
-        note(f"f_r is known at {known:.1%} of the directions; it counts as 0 at the others")
+        note(
+            f"f_r is known at {known:.1%} of the directions; at the others it is 0 or extrapolated"
+        )
