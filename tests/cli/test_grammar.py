@@ -15,7 +15,8 @@ from nacre.cli.layout import heading, is_shared
 from nacre.cli.ranges import FiniteRange, IntRange, in_words, positive
 from tests.cli.support import run
 
-SILENT = {"cache", "completion", "help", "materials"}
+INSTRUMENTS = {f"measure {name}" for name in ("gloss", "haze", "sphere", "45-0")}
+SILENT = {"cache", "completion", "help", "materials", *INSTRUMENTS}
 """Commands that write nothing."""
 UNREPORTED = {"completion", "help", "demo"}
 
@@ -79,7 +80,7 @@ def test_groups_alone_print_their_help(capsys):
         ((), ("Look at materials", "Make materials", "More", "Shared options")),
         (("btf",), ("Encode textures", "Shared options")),
         (("latent",), ("Codes", "Bases", "Shared options")),
-        (("measure",), ("Commands", "Shared options")),
+        (("measure",), ("Instruments", "Measurements", "Shared options")),
     ):
         assert run(*group, quiet=False) == 0
         alone = capsys.readouterr()

@@ -32,7 +32,7 @@ COMMANDS = {
     "Get materials": {
         "materials": "List the materials that come with nacre.",
         "download": "Download measured materials from a public database.",
-        "measure": "Plan a few measurements, or measure a Mitsuba BSDF virtually.",
+        "measure": "Read gloss, haze and color, or plan measurements.",
     },
     "Textures and codes": {
         "btf": "Capture, train, decode, synthesize and filter textures (BTFs).",

@@ -127,6 +127,8 @@ class Group(click.Group):
         group is a package.
     commands_help
         Built-in commands with their texts in the list, under headings.
+    modules
+        Modules of built-in commands whose names Python cannot take.
     entry_points
         Group of entry points through which other packages add commands.
     elsewhere
@@ -139,6 +141,7 @@ class Group(click.Group):
         *,
         package: str,
         commands_help: Mapping[str, Mapping[str, str]],
+        modules: Mapping[str, str] | None = None,
         entry_points: str | None = None,
         elsewhere: Mapping[str, tuple[str, str]] | None = None,
         **settings: Any,
@@ -153,7 +156,8 @@ class Group(click.Group):
         self._package, self._elsewhere = package, dict(elsewhere or {})
         self._sections = {title: dict(rows) for title, rows in commands_help.items()}
         self.built_in = [name for rows in self._sections.values() for name in rows]
-        places = {name: f"{package}.{name}:command" for name in self.built_in}
+        self._modules = {name: (modules or {}).get(name, name) for name in self.built_in}
+        places = {name: f"{package}.{self._modules[name]}:command" for name in self.built_in}
         self._commands: Registry[click.Command] = Registry(
             entry_points or package, "command", places, base=click.Command
         )
@@ -204,7 +208,7 @@ class Group(click.Group):
         """The built-in commands of this group and of the groups in it, as typed after it."""
         for name in self.built_in:
             yield (name,)
-            spec = find_spec(f"{self._package}.{name}")
+            spec = find_spec(f"{self._package}.{self._modules[name]}")
             if spec is not None and spec.submodule_search_locations:  # others need not be imported
                 child = self._commands[name]
                 assert isinstance(child, Group)

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from nacre.cli import options
 from nacre.cli.command import command as make
@@ -17,6 +17,7 @@ from nacre.figures.plot import CHANNELS, INCIDENCE, MAX_MATERIALS
 if TYPE_CHECKING:
     from nacre.brdf import Brdf
 
+_Named = TypeVar("_Named")
 _DEFAULT = ",".join(f"{math.degrees(angle):g}" for angle in INCIDENCE)
 
 
@@ -92,9 +93,11 @@ def check_count(count: int) -> None:
         raise NacreError(f"a plot shows at most {MAX_MATERIALS} materials, not {count}")
 
 
-def name_apart(materials: list[tuple[Path, Brdf]]) -> dict[str, Brdf]:
-    """Materials by file name; by path, and with a number, where names are the same."""
-    named: dict[str, Brdf] = {}
+def name_apart(materials: list[tuple[Path, _Named]]) -> dict[str, _Named]:
+    """Materials, or readings of them, by file name; by path, and with a number, where names are the
+    same.
+    """
+    named: dict[str, _Named] = {}
     for path, brdf in materials:
         name = next(n for n in (path.name, str(path)) if n == str(path) or n not in named)
         label, count = printable(name), 1

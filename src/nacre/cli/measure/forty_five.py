@@ -1,0 +1,43 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+from nacre.cli import options
+from nacre.cli.command import command as make
+from nacre.cli.measure.readings import (
+    azimuth_options,
+    chosen,
+    color_options,
+    note_known,
+    report_colors,
+)
+from nacre.cli.report import progress
+
+
+@make(
+    "45-0",
+    options.argument("path", metavar="INPUT"),
+    *color_options(),
+    *azimuth_options(),
+    writes=False,
+    reads=True,
+)
+def command(
+    path: Path, illuminant: str, observer: str, standard: Path | None, azimuth: float
+) -> None:
+    """Read the color of a reflectance at 45:0, which leaves the mirrored light out (CIE 15).
+
+    45a:0 has light from all around, 45x:0 from one azimuth.
+    """
+    from nacre.formats import load_brdf
+    from nacre.instruments import bidirectional
+
+    line = progress(path.stem, "reading")
+    materials = [load_brdf(each) for each in (path, standard) if each is not None]
+    line("measuring", 0, 1)
+    settings = chosen(illuminant, observer, azimuth)
+    found, *other = (bidirectional(brdf, **settings) for brdf in materials)
+    colors, *others = ([each.annular, each.directional] for each in (found, *other))
+    facts = {"known_fraction": found.known}
+    report_colors(path, ["45a:0", "45x:0"], colors, others[0] if others else None, facts)
+    note_known(min(each.known for each in (found, *other)))

@@ -1,0 +1,130 @@
+"""Integrating spheres: d:8 with the specular component in and out, and directional-hemispherical
+reflectance (CIE 15:2018, section 5; CIE 130).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from nacre.array import Doubles
+from nacre.brdf import Brdf
+from nacre.instruments.apertures import cone, mirrored
+from nacre.instruments.colors import Color
+from nacre.instruments.hemisphere import hemisphere, trap
+from nacre.instruments.illuminants import Illuminant, Observer
+from nacre.instruments.mirror import Mirror
+from nacre.instruments.observing import Signal, Specimen
+
+VIEW = 8.0
+"""Angle of the receptor's axis from the normal, in degrees."""
+RECEPTOR = 5.0
+"""Half angle of its cone in degrees."""
+TRAP = 6.0
+"""Half angle of the gloss trap about the mirrored axis: no light from within 1 degree of what a
+mirror would send into the receptor."""
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """Readings of a sphere instrument: reflectance factors, so that the perfect white has Y = 100.
+
+    Parameters
+    ----------
+    included
+        di:8, with the specular component.
+    excluded
+        de:8, without.
+    known
+        Share of the pairs of directions at which the material is known, from 0 to 1.
+    """
+
+    included: Color
+    excluded: Color
+    known: float
+
+
+def sphere(
+    material: Brdf | Mirror,
+    *,
+    illuminant: Illuminant = "D65",
+    observer: Observer = 2,
+    azimuth: float = 0.0,
+) -> Sphere:
+    """The color of a material in an integrating sphere, at d:8.
+
+    Parameters
+    ----------
+    material
+        Any reflectance, or a polished surface.
+    illuminant, observer
+        What the color is for: "D65", "A" or "F11", and 2 or 10 degrees.
+    azimuth
+        Azimuth of the receptor in degrees, for anisotropic materials.
+
+    Raises NacreError if the material has no color.
+    """
+    specimen = Specimen(material, azimuth)
+    views, weights = cone(VIEW, RECEPTOR, (3, 8))
+    shares = weights * views[:, 2] / float(weights @ views[:, 2])
+    axis = mirrored(np.array([math.sin(math.radians(VIEW)), 0.0, math.cos(math.radians(VIEW))]))
+    everything, trapped = [], []
+    for view in views:
+        light, solid = hemisphere(view)
+        everything.append(specimen.sum(light, view, solid * light[:, 2]))
+        light, solid = trap(axis, math.radians(TRAP), mirrored(view))
+        trapped.append(specimen.sum(light, view, solid * light[:, 2]))
+    mirror = 0.0
+    if specimen.mirror is not None:  # the trap takes all of it
+        mirror = float(shares @ specimen.mirror.reflectance(views[:, 2]))
+    outside = _mean(everything, shares) - _mean(trapped, shares)
+    included = Signal(_mean(everything, shares).channels + mirror, outside.known)
+    inside, out = (specimen.color(s, illuminant, observer) for s in (included, outside))
+    return Sphere(inside, out, outside.known)
+
+
+def directional_hemispherical(
+    material: Brdf | Mirror,
+    angle: float = 8.0,
+    *,
+    illuminant: Illuminant = "D65",
+    observer: Observer = 2,
+    azimuth: float = 0.0,
+) -> Color:
+    """The color of all light that a material reflects of a beam, 8:di at 8 degrees.
+
+    Y / 100 is the luminous directional-hemispherical reflectance. It may be above 1 for a
+    measurement that gains energy.
+
+    Parameters
+    ----------
+    material
+        Any reflectance, or a polished surface.
+    angle
+        Angle of incidence in degrees, from 0 to below 90.
+    illuminant, observer, azimuth
+        As in :func:`sphere`; the azimuth is that of the light.
+
+    Raises
+    ------
+    ValueError
+        If the angle is out of range.
+    NacreError
+        If the material has no color.
+    """
+    if not 0.0 <= angle < 90.0:
+        raise ValueError(f"the angle of incidence must be in 0 to below 90, got {angle}")
+    specimen = Specimen(material, azimuth)
+    light = np.array([math.sin(math.radians(angle)), 0.0, math.cos(math.radians(angle))])
+    view, solid = hemisphere(light)
+    signal = specimen.sum(light, view, solid * view[:, 2])
+    if specimen.mirror is not None:
+        signal = Signal(signal.channels + specimen.mirror.reflectance(light[2]), signal.known)
+    return specimen.color(signal, illuminant, observer)
+
+
+def _mean(signals: list[Signal], shares: Doubles) -> Signal:
+    channels = shares @ np.stack([signal.channels for signal in signals])
+    return Signal(channels, min(signal.known for signal in signals))

@@ -1,0 +1,118 @@
+"""What an instrument sees of a material: its channels, their colors, and sums over apertures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nacre.array import Doubles
+from nacre.brdf import COLOR, Brdf
+from nacre.errors import NacreError
+from nacre.instruments.apertures import turned
+from nacre.instruments.colors import Color
+from nacre.instruments.illuminants import Illuminant, Observer, rgb_weights, spectral_weights
+from nacre.instruments.mirror import Mirror
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A sum over pairs of directions.
+
+    Parameters
+    ----------
+    channels
+        The sum for each channel of the material, (k,).
+    known
+        Share of the pairs at which f_r is known, from 0 to 1, weighted as the sum for a white
+        diffuse surface.
+    """
+
+    channels: Doubles
+    known: float
+
+    def __sub__(self, other: Signal) -> Signal:
+        return Signal(self.channels - other.channels, min(self.known, other.known))
+
+    def scaled(self, factor: float) -> Signal:
+        return Signal(factor * self.channels, self.known)
+
+
+class Specimen:
+    """A material below an instrument.
+
+    Its channels are the bands of its spectra where these make a color, else linear Rec. 709 RGB; a
+    :class:`nacre.instruments.Mirror` has three equal ones.
+
+    Parameters
+    ----------
+    material
+        A reflectance, or a mirror where the instrument reads one.
+    azimuth
+        Azimuth of the plane of incidence in degrees, for anisotropic materials.
+    color
+        Whether a color is wanted; else one band stands for all.
+
+    Raises
+    ------
+    NacreError
+        If the bands of the material make no color, and it has several or a color is wanted.
+    """
+
+    def __init__(
+        self, material: Brdf | Mirror, azimuth: float = 0.0, *, color: bool = True
+    ) -> None:
+        self.mirror = material if isinstance(material, Mirror) else None
+        self._brdf = None if isinstance(material, Mirror) else material
+        self._azimuth = azimuth
+        self._bands: Doubles | None = None
+        if self._brdf is None:
+            return
+        bands = list(dict.fromkeys(self._brdf.channels))
+        if self._brdf.channels != COLOR and len(bands) == 1 and not color:
+            return  # the three channels are this band
+        if self._brdf.channels != COLOR:
+            name = self._brdf.name or "this material"
+            seen = ", ".join(bands)
+            fix = "colors cannot be read of it" if color else "choose one of them"
+            raise NacreError(f"{name}: its bands make no color ({seen}); {fix}")
+        if self._brdf.wavelengths is not None:
+            self._bands = np.asarray(self._brdf.wavelengths, np.float64)
+
+    @property
+    def spectral(self) -> bool:
+        """Whether colors are integrals of spectra."""
+        return self._bands is not None
+
+    def sum(self, wi: Doubles, wo: Doubles, weights: Doubles) -> Signal:
+        """The sum of f_r over pairs of directions, (n, 3) or (3,), with weights (n,)."""
+        if self._brdf is None:
+            return Signal(np.zeros(3), 1.0)
+        wi, wo = (turned(np.atleast_2d(w), self._azimuth) for w in (wi, wo))
+        values = self._brdf.eval if self._bands is None else self._brdf.eval_spectral
+        channels = weights @ np.asarray(values(wi, wo), np.float64)
+        known = float(weights @ self._brdf.valid(wi, wo) / weights.sum())
+        return Signal(channels, round(known, 9))
+
+    def xyz(self, signal: Signal, illuminant: Illuminant, observer: Observer) -> Doubles:
+        """Tristimulus values, (3,), of a signal that is 1 per channel for the perfect white."""
+        return np.asarray(signal.channels @ self._weights(illuminant, observer))
+
+    def color(self, signal: Signal, illuminant: Illuminant, observer: Observer) -> Color:
+        """The color of a signal that is 1 per channel for the perfect white."""
+        x, y, z = self.xyz(signal, illuminant, observer).tolist()
+        white_x, white_y, white_z = self._weights(illuminant, observer).sum(axis=0).tolist()
+        estimated = not self.spectral and (illuminant, observer) != ("D65", 2)
+        white = white_x, white_y, white_z
+        return Color((x, y, z), white, illuminant, observer, estimated)
+
+    def luminous(self, signal: Signal) -> float:
+        """A signal weighted by V(lambda): under illuminant C, as scales of gloss are (ISO 2813:
+        2014), where spectra are known; else the luminance of RGB, which is that under D65.
+        """
+        return float(self.xyz(signal, "C" if self.spectral else "D65", 2)[1]) / 100.0
+
+    def _weights(self, illuminant: Illuminant, observer: Observer) -> Doubles:
+        if self._bands is None:
+            return rgb_weights(illuminant, observer)
+        return spectral_weights(self._bands, illuminant, observer)
