@@ -98,10 +98,11 @@ def test_forms_of_a_material_are_chosen_by_buttons(tab: Tab) -> None:
     assert pressed.count() == 1
 
 
-@pytest.mark.parametrize("shape", tiered(["sphere", "cloth", "knot"], ["cloth"]))
+@pytest.mark.parametrize("shape", tiered(["ball", "cloth", "knot"], ["cloth"]))
 def test_shapes_and_turning(tab: Tab, shape: str) -> None:
     opened(tab)
-    assert changes(tab, lambda: tab.page.get_by_label("Shape").select_option(shape))
+    if shape != "ball":  # with which the page opens
+        assert changes(tab, lambda: tab.page.get_by_label("Shape").select_option(shape))
     box = tab.page.locator("#picture").bounding_box()
 
     def orbit() -> None:
