@@ -286,6 +286,7 @@ def test_plot_shows_itself(paper: Brdf, folder: Path) -> None:
         nacre.plot()
 
 
+@pytest.mark.slow
 def test_view_is_a_page(paper: Brdf, folder: Path) -> None:
     page = nacre.view(
         paper,

@@ -162,6 +162,7 @@ def test_attributes_keys_and_another_place_change_the_picture(host: Host):
     assert host.errors == []
 
 
+@pytest.mark.slow
 def test_a_network_of_no_usual_shape_is_shown_too(host: Host):
     host.open('<nacre-view src="narrow.safetensors" light="lamp"></nacre-view>')
     host.page.evaluate(f"{FIRST}.style.width = '64px'")

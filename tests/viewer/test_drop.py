@@ -256,6 +256,7 @@ def test_files_are_dropped_and_what_fails_is_said(chromium: Any, tmp_path: Path)
         tab.keep("drop")
 
 
+@pytest.mark.slow
 def test_files_are_opened_with_keys_alone(chromium: Any, tmp_path: Path) -> None:
     path = tmp_path / "paint.mbsdf"
     path.write_bytes(mbsdf_file())

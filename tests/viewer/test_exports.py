@@ -127,7 +127,7 @@ def check(folder: Path, made: Iterable[NeuralBrdf]) -> None:
 
 
 def test_code_is_that_of_the_targets(tmp_path: Path) -> None:
-    check(tmp_path, [*networks(["enhanced"]), *others()])
+    check(tmp_path, others())
 
 
 @pytest.mark.slow

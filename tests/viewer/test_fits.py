@@ -95,6 +95,7 @@ def test_a_formula_is_fitted_and_saved(tab: Tab, tmp_path: Path, k: int, truth: 
         assert network.angle == pytest.approx(0.5, abs=0.03)
 
 
+@pytest.mark.slow
 def test_a_dropped_table_is_fitted(tab: Tab, tmp_path: Path) -> None:
     path = tmp_path / "shiny.bsdf"
     small = rgl_writer.Resolution(1, 8, 32, 32, 16)
@@ -143,6 +144,7 @@ def test_a_fit_is_cancelled(tab: Tab) -> None:
     ended(tab)
 
 
+@pytest.mark.slow
 def test_what_is_known_nowhere_is_refused_in_a_line(tab: Tab) -> None:
     tab.page.evaluate("window.page.choose(0)")
     tab.page.evaluate(NOWHERE)
@@ -163,6 +165,7 @@ def test_axe_finds_nothing_during_a_fit(tab: Tab) -> None:
     tab.wait("!window.page.fitting.fit")
 
 
+@pytest.mark.slow
 def test_without_webassembly_the_page_says_so(chromium: Any, tmp_path: Path) -> None:
     with Tab(chromium, tmp_path) as tab:
         tab.page.add_init_script("delete globalThis.WebAssembly;")

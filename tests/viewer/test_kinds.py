@@ -60,6 +60,7 @@ def test_kinds_are_loaded_when_asked_for(tab: Tab, folder: Path) -> None:
     assert page.get_by_role("slider", name="Relief").is_visible()
 
 
+@pytest.mark.slow
 def test_an_address_names_a_material_of_a_file_beside(tab: Tab, folder: Path) -> None:
     opened(tab, folder, "#material=Mixed&kind=others")
     tab.wait("document.getElementById('name').textContent === 'Mixed'")

@@ -160,6 +160,7 @@ def test_a_constant_is_a_hemisphere_and_lambert_s_law_a_sphere(lobes, channels):
     assert seen == pytest.approx(math.pi * (0.5 * reach) ** 2, rel=0.03)
 
 
+@pytest.mark.slow
 def test_the_light_follows_the_lamp_and_the_keys(lobes):
     page = lobes.page
     page.click("#tab-look")

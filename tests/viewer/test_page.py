@@ -90,6 +90,7 @@ def test_texts_of_files_stay_texts(tab: Tab) -> None:
     assert tab.page.locator("img[onerror]").count() == 0
 
 
+@pytest.mark.slow
 def test_forms_of_a_material_are_chosen_by_buttons(tab: Tab) -> None:
     opened(tab)
     tab.page.locator(".material").nth(1).click()
@@ -118,6 +119,7 @@ def test_shapes_and_turning(tab: Tab, shape: str) -> None:
     tab.keep(f"look-{shape}")
 
 
+@pytest.mark.slow
 def test_light_turns_brightens_and_has_a_lamp(tab: Tab) -> None:
     opened(tab)
     assert changes(tab, lambda: tab.page.get_by_label("Rotation").fill("120"))
@@ -132,6 +134,7 @@ def test_light_turns_brightens_and_has_a_lamp(tab: Tab) -> None:
     assert changes(tab, lambda: [tab.page.keyboard.press("ArrowRight") for _ in range(20)])
 
 
+@pytest.mark.slow
 def test_keys_alone_reach_everything(tab: Tab) -> None:
     opened(tab)
     reached = set()

@@ -74,6 +74,7 @@ def several() -> bytes:
     return page("Networks", [Entry(each.name, {"Network": each}) for each in NETWORKS], [studio()])
 
 
+@pytest.mark.slow
 def test_networks_with_other_axes_and_samplers_give_their_own_numbers(tab: Tab, several: bytes):
     tab.open(several)
     assert tab.page.evaluate("window.page.facts.templates.length") == 3

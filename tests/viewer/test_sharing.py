@@ -139,6 +139,7 @@ def test_the_address_follows_once_nothing_changes(shown: Tab) -> None:
     assert shown.page.evaluate("window.page.controls.values.turn") == [0, 0]
 
 
+@pytest.mark.slow
 def test_keys_change_what_is_shown_and_undo_takes_it_back(shown: Tab) -> None:
     page = shown.page
     keys = page.keyboard

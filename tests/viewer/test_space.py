@@ -210,6 +210,7 @@ def test_a_click_on_a_sphere_chooses_it_and_a_drag_moves_between(space):
     space.keep("space")
 
 
+@pytest.mark.slow
 def test_the_map_stays_under_the_pointer(space):
     page, chart = space.page, space.page.locator(".map")
     page.click("#tab-space")

@@ -99,6 +99,7 @@ def hidden(p: Floats, w: Floats) -> Floats:
     return np.asarray(ball | side)
 
 
+@pytest.mark.slow
 def test_shadows_on_the_ground_are_those_of_rays(tab: Tab) -> None:
     tab.open(content())
     sums, normals, _ = drawn(tab, 0, 96, {"shape": "sphere"})
@@ -176,6 +177,7 @@ def test_a_first_picture_is_close_to_the_converged_one(tab: Tab) -> None:
     assert -10.0 * math.log10(error) > 32.0
 
 
+@pytest.mark.slow
 def test_what_is_converged_is_shown_as_it_is(tab: Tab) -> None:
     """The filter has faded, and the film curve leaves middle tones where they are."""
     tab.open(content())

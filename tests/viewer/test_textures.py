@@ -258,6 +258,7 @@ def test_levels_are_found_again_from_differences(height: int, width: int) -> Non
         before, start = (rows, columns, start), start + rows * columns
 
 
+@pytest.mark.slow
 def test_bytes_and_fewer_functions_add_little_error() -> None:
     """To that of the grid of directions, which half floats of all functions have."""
     texture = made_texture.texture()
