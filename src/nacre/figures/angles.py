@@ -12,6 +12,7 @@ from nacre.color import REC_709, rgb_to_xyz_matrix, tone_map, xyz_to_rgb
 from nacre.figures.page import FAINT, INK, RULE, Page
 from nacre.figures.plot import COLORS
 from nacre.instruments import Color, Multiangle
+from nacre.instruments.colors import lab_to_xyz
 
 _WIDTH, _MARGIN = 8.0, 0.25  # inches
 _CHIP, _GAP, _CHART = 0.5, 0.3, 2.0
@@ -80,9 +81,5 @@ def _runs(found: Multiangle) -> list[range]:
 
 def _displayed(color: Color) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Display values, (3,), of a color that looks the same beside the white of the display."""
-    lightness, a, b = color.lab
-    y = (lightness + 16.0) / 116.0
-    root = np.array([y + a / 500.0, y, y - b / 200.0])
-    ratio = np.where(root > 6.0 / 29.0, root**3, (root - 16.0 / 116.0) * 108.0 / 841.0)
     white = rgb_to_xyz_matrix(REC_709).sum(axis=1)
-    return np.asarray(tone_map(xyz_to_rgb(ratio * white)), np.float64)
+    return np.asarray(tone_map(xyz_to_rgb(lab_to_xyz(color.lab) * white)), np.float64)

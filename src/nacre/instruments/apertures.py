@@ -13,7 +13,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from nacre.array import Doubles
+from nacre.geometry import join, rotate, split
 from nacre.instruments.quadrature import circle, graded, on_interval
+
+
+def frame(polar: float) -> Doubles:
+    """The in-plane tangent, the perpendicular and the direction itself at an angle from the normal.
+
+    Rows of (3, 3). The angle is in degrees, negative at azimuth 180 degrees; the tangent points to
+    larger ones.
+    """
+    sine, cosine = math.sin(math.radians(polar)), math.cos(math.radians(polar))
+    return np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
 
 
 @dataclass(frozen=True)
@@ -32,12 +43,6 @@ class Rectangle:
     polar: float
     in_plane: float
     across: float
-
-    @property
-    def frame(self) -> Doubles:
-        """The in-plane tangent, the perpendicular and the axis: rows of (3, 3)."""
-        sine, cosine = math.sin(math.radians(self.polar)), math.cos(math.radians(self.polar))
-        return np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
 
     @property
     def edges(self) -> tuple[float, float]:
@@ -59,12 +64,12 @@ class Rectangle:
 
     def place(self, direction: Doubles) -> tuple[float, float]:
         """Where light from a direction, (3,), meets the focal plane, in focal lengths."""
-        x, y, z = self.frame @ direction
+        x, y, z = frame(self.polar) @ direction
         return float(x / z), float(y / z)
 
     def holds(self, directions: Doubles) -> Doubles:
         """1 for each of (n, 3) that is in the aperture, else 0."""
-        x, y, z = self.frame @ directions.T
+        x, y, z = frame(self.polar) @ directions.T
         first, second = self.edges
         return np.asarray(
             (z > 0.0) & (abs(x) <= first * z) & (abs(y) <= second * z), dtype=np.float64
@@ -77,7 +82,7 @@ class Rectangle:
         length = np.sqrt(1.0 + x * x + y * y)
         directions = np.stack([x, y, np.ones_like(x)], axis=1) / length[:, None]
         weights = np.outer(first[1], second[1]).reshape(-1) / length**3
-        return directions @ self.frame, weights
+        return directions @ frame(self.polar), weights
 
 
 def ring(inner: float, outer: float, counts: tuple[int, int]) -> tuple[Doubles, Doubles]:
@@ -100,15 +105,12 @@ def cone(polar: float, half_angle: float, counts: tuple[int, int]) -> tuple[Doub
     :func:`ring`.
     """
     directions, weights = ring(0.0, half_angle, counts)
-    return directions @ Rectangle(polar, 1.0, 1.0).frame, weights
+    return directions @ frame(polar), weights
 
 
 def turned(directions: Doubles, azimuth: float) -> Doubles:
     """Directions (n, 3) rotated about the normal by an angle in degrees."""
-    cosine, sine = math.cos(math.radians(azimuth)), math.sin(math.radians(azimuth))
-    return np.asarray(
-        directions @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    )
+    return np.asarray(join(rotate(split(directions), math.radians(azimuth))), np.float64)
 
 
 def mirrored(directions: Doubles) -> Doubles:

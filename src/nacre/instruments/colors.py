@@ -71,6 +71,14 @@ def xyz_to_lab(xyz: npt.ArrayLike, white: npt.ArrayLike) -> Doubles:
     return np.stack([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)], axis=-1)
 
 
+def lab_to_xyz(lab: npt.ArrayLike) -> Doubles:
+    """Tristimulus values relative to the white's, the inverse of :func:`xyz_to_lab`."""
+    lightness, a, b = np.moveaxis(np.asarray(lab, np.float64), -1, 0)
+    y = (lightness + 16.0) / 116.0
+    root = np.stack([y + a / 500.0, y, y - b / 200.0], axis=-1)
+    return np.where(root > _DARK, root**3, (root - 16.0 / 116.0) * (108.0 / 841.0))
+
+
 def ciede2000(first: npt.ArrayLike, second: npt.ArrayLike) -> Doubles:
     """CIEDE2000 difference of CIELAB colors, shapes (..., 3), with all parametric factors 1.
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from nacre.array import Doubles
 from nacre.brdf import Brdf
+from nacre.instruments.apertures import frame, mirrored
 from nacre.instruments.colors import Color
 from nacre.instruments.illuminants import Illuminant, Observer
 from nacre.instruments.observing import Specimen
@@ -45,14 +46,11 @@ class Geometry:
 
     def directions(self) -> tuple[Doubles, Doubles]:
         """Unit directions to the light, at azimuth 0, and to the viewer, (3,) each."""
-        polar, off = math.radians(self.light), math.radians(self.aspecular)
-        wi = np.array([math.sin(polar), 0.0, math.cos(polar)])
-        mirror = np.array([-math.sin(polar), 0.0, math.cos(polar)])
-        toward = np.array([math.cos(polar), 0.0, math.sin(polar)])
-        across = np.array([0.0, 1.0, 0.0])
+        off = math.radians(self.aspecular)
+        toward, across, mirror = frame(-self.light)
         turn = math.pi if self.azimuth is None else math.radians(self.azimuth)
         aside = -math.cos(turn) * toward + math.sin(turn) * across
-        return wi, math.cos(off) * mirror + math.sin(off) * aside
+        return mirrored(mirror), math.cos(off) * mirror + math.sin(off) * aside
 
 
 E2194 = tuple(Geometry(45.0, angle) for angle in (-15.0, 15.0, 25.0, 45.0, 75.0, 110.0))

@@ -11,7 +11,7 @@ import numpy as np
 
 from nacre.array import Doubles
 from nacre.brdf import Brdf
-from nacre.instruments.apertures import cone, mirrored
+from nacre.instruments.apertures import cone, frame, mirrored
 from nacre.instruments.colors import Color
 from nacre.instruments.hemisphere import hemisphere, trap
 from nacre.instruments.illuminants import Illuminant, Observer
@@ -69,7 +69,7 @@ def sphere(
     specimen = Specimen(material, azimuth)
     views, weights = cone(VIEW, RECEPTOR, (3, 8))
     shares = weights * views[:, 2] / float(weights @ views[:, 2])
-    axis = mirrored(np.array([math.sin(math.radians(VIEW)), 0.0, math.cos(math.radians(VIEW))]))
+    axis = mirrored(frame(VIEW)[2])
     everything, trapped = [], []
     for view in views:
         light, solid = hemisphere(view)
@@ -117,7 +117,7 @@ def directional_hemispherical(
     if not 0.0 <= angle < 90.0:
         raise ValueError(f"the angle of incidence must be in 0 to below 90, got {angle}")
     specimen = Specimen(material, azimuth)
-    light = np.array([math.sin(math.radians(angle)), 0.0, math.cos(math.radians(angle))])
+    light = frame(angle)[2]
     view, solid = hemisphere(light)
     signal = specimen.sum(light, view, solid * view[:, 2])
     if specimen.mirror is not None:

@@ -94,14 +94,11 @@ class Specimen:
         known = float(weights @ self._brdf.valid(wi, wo) / weights.sum())
         return Signal(channels, round(known, 9))
 
-    def xyz(self, signal: Signal, illuminant: Illuminant, observer: Observer) -> Doubles:
-        """Tristimulus values, (3,), of a signal that is 1 per channel for the perfect white."""
-        return np.asarray(signal.channels @ self._weights(illuminant, observer))
-
     def color(self, signal: Signal, illuminant: Illuminant, observer: Observer) -> Color:
         """The color of a signal that is 1 per channel for the perfect white."""
-        x, y, z = self.xyz(signal, illuminant, observer).tolist()
-        white_x, white_y, white_z = self._weights(illuminant, observer).sum(axis=0).tolist()
+        weights = self._weights(illuminant, observer)
+        x, y, z = (signal.channels @ weights).tolist()
+        white_x, white_y, white_z = weights.sum(axis=0).tolist()
         estimated = not self.spectral and (illuminant, observer) != ("D65", 2)
         white = white_x, white_y, white_z
         return Color((x, y, z), white, illuminant, observer, estimated)
@@ -110,7 +107,8 @@ class Specimen:
         """A signal weighted by V(lambda): under illuminant C, as scales of gloss are (ISO 2813:
         2014), where spectra are known; else the luminance of RGB, which is that under D65.
         """
-        return float(self.xyz(signal, "C" if self.spectral else "D65", 2)[1]) / 100.0
+        weights = self._weights("C" if self.spectral else "D65", 2)[:, 1]
+        return float(signal.channels @ weights) / 100.0
 
     def _weights(self, illuminant: Illuminant, observer: Observer) -> Doubles:
         if self._bands is None:

@@ -8,10 +8,10 @@ from nacre.cli.measure.readings import (
     azimuth_options,
     chosen,
     color_options,
+    loaded,
     note_known,
     report_colors,
 )
-from nacre.cli.report import progress
 
 
 @make(
@@ -29,12 +29,9 @@ def command(
 
     45a:0 has light from all around, 45x:0 from one azimuth.
     """
-    from nacre.formats import load_brdf
     from nacre.instruments import bidirectional
 
-    line = progress(path.stem, "reading")
-    materials = [load_brdf(each) for each in (path, standard) if each is not None]
-    line("measuring", 0, 1)
+    materials, _ = loaded(path, standard)
     settings = chosen(illuminant, observer, azimuth)
     found, *other = (bidirectional(brdf, **settings) for brdf in materials)
     colors, *others = ([each.annular, each.directional] for each in (found, *other))

@@ -9,12 +9,13 @@ from nacre.cli.measure.readings import (
     azimuth_options,
     chosen,
     color_options,
+    loaded,
     note_known,
     report_colors,
 )
 from nacre.cli.options import option
 from nacre.cli.plot import name_apart
-from nacre.cli.report import progress, say
+from nacre.cli.report import say
 
 
 @make(
@@ -42,7 +43,6 @@ def command(
     45as15 is light at 45 degrees, seen 15 degrees from the mirror direction toward the light;
     45as25az90 is seen beside the plane of incidence.
     """
-    from nacre.formats import load_brdf
     from nacre.instruments import E2194, E2539, multiangle
 
     if output is not None:
@@ -50,9 +50,7 @@ def command(
 
         check_plot_path(output)
         options.check_outputs([output], [path, standard])
-    line = progress(path.stem, "reading")
-    materials = [load_brdf(each) for each in (path, standard) if each is not None]
-    line("measuring", 0, 1)
+    materials, line = loaded(path, standard)
     geometries = E2539 if angles == "E2539" else E2194
     settings = chosen(illuminant, observer, azimuth)
     found, *other = (multiangle(brdf, geometries, **settings) for brdf in materials)

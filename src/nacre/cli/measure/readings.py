@@ -10,11 +10,12 @@ from nacre.cli import options
 from nacre.cli.layout import Option
 from nacre.cli.options import option
 from nacre.cli.ranges import FiniteRange
-from nacre.cli.report import note, print_table, report, say
+from nacre.cli.report import note, print_table, progress, report, say
 from nacre.errors import printable
 
 if TYPE_CHECKING:
     from nacre.brdf import Brdf
+    from nacre.cli.display import Line
     from nacre.instruments import Color
 
 _KNOWN = 0.9995  # what rounds to 100 %
@@ -46,6 +47,16 @@ def color_options() -> list[Option | str]:
 def chosen(illuminant: str, observer: str, azimuth: float) -> dict[str, Any]:
     """Parameters of an instrument that reads colors."""
     return {"illuminant": illuminant, "observer": int(observer), "azimuth": azimuth}
+
+
+def loaded(path: Path, standard: Path | None) -> tuple[list[Brdf], Line]:
+    """The material to read and any that it is compared with, and the line of their progress."""
+    from nacre.formats import load_brdf
+
+    line = progress(path.stem, "reading")
+    materials = [load_brdf(each) for each in (path, standard) if each is not None]
+    line("measuring", 0, 1)
+    return materials, line
 
 
 def report_colors(

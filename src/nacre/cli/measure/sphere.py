@@ -9,11 +9,11 @@ from nacre.cli.measure.readings import (
     azimuth_options,
     chosen,
     color_options,
+    loaded,
     note_known,
     report_colors,
 )
 from nacre.cli.options import option
-from nacre.cli.report import progress
 
 if TYPE_CHECKING:
     from nacre.brdf import Brdf
@@ -51,11 +51,7 @@ def command(
     di:8 includes the light that a mirror would reflect, de:8 leaves it out; 60:di is all that is
     reflected of light at 60 degrees.
     """
-    from nacre.formats import load_brdf
-
-    line = progress(path.stem, "reading")
-    materials = [load_brdf(each) for each in (path, standard) if each is not None]
-    line("measuring", 0, 1)
+    materials, _ = loaded(path, standard)
     settings = chosen(illuminant, observer, azimuth)
     (colors, known), *other = (_colors(brdf, incidence or (), settings) for brdf in materials)
     names = ["di:8", "de:8", *(f"{angle:g}:di" for angle in incidence or ())]
