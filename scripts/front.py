@@ -10,7 +10,6 @@ import sys
 from pathlib import Path
 
 import nacre
-from nacre.formats import load_brdf
 from nacre.included import Material
 from nacre.io.files import atomic_path
 from nacre.viewer.content import Content, Entry, own_environments
@@ -40,10 +39,9 @@ def add(content: Content, materials: list[Material]) -> None:
         if isinstance(loaded, nacre.Btf):
             content.add_texture(loaded)
             continue
-        network = load_brdf(material.name)
         facts = {"Name in nacre": material.name}
         group = TITLES[material.family.name]
-        content.add(Entry(network.name or material.title, {"Network": network}, group, facts))
+        content.add(Entry(loaded.name or material.title, {"Network": loaded}, group, facts))
 
 
 def write(path: Path, content: bytes) -> None:

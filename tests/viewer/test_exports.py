@@ -20,7 +20,7 @@ from nacre.neural.nbrdf import ACTIVATIONS, NeuralBrdf
 from nacre.numerics.mlp import Layer
 from nacre.sampling import GgxLobe, GgxMixture
 from nacre.targets.files import contents
-from nacre.viewer.exports import operations_of, shared
+from nacre.viewer.exports import hold, shared
 from nacre.viewer.page import script
 
 TARGETS = "glsl", "wgsl", "three"
@@ -112,7 +112,7 @@ def check(folder: Path, made: Iterable[NeuralBrdf]) -> None:
         read = load(path)
         assert isinstance(read, NeuralBrdf)
         files.append(read)
-        held["samplers"] = operations_of(read.sampler, held["samplers"])
+        hold(read.sampler, held["samplers"])
     (folder / "held.json").write_text(json.dumps(held))
     code = script("exports") + RUN % json.dumps(TARGETS)
     (folder / "run.mjs").write_text(code)

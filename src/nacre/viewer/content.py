@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import io
 import math
 from collections.abc import Mapping, Sequence
@@ -27,7 +28,7 @@ from nacre.runtime.progress import Progress, silent
 from nacre.targets.glsl import Glsl
 from nacre.targets.textures import HeightField
 from nacre.viewer import fits
-from nacre.viewer.exports import operations_of, shared
+from nacre.viewer.exports import hold, shared
 from nacre.viewer.maps import coded
 from nacre.viewer.page import PAGE, document, packed
 from nacre.viewer.programs import NAME, input_sources, key_of, sampler_source, template
@@ -36,12 +37,6 @@ from nacre.viewer.textures import GLSL, PageTexture, formulas, from_above, relie
 
 MAP_SIZE = 1024, 512
 """Pixels of a page's environments, width first; smaller ones stay as they are."""
-
-
-def own_environments() -> list[Environment]:
-    """The package's environments, as large as a page's."""
-    return [made(MAP_SIZE[1]) for made in ENVIRONMENTS.values()]
-
 
 _THUMBNAIL = 96  # pixels along an edge
 _QUALITY = 80
@@ -59,6 +54,11 @@ _FACTS = {
     "held out loss": "Held-out loss",
     "terms of the source": "Terms",
 }
+
+
+def own_environments() -> list[Environment]:
+    """The package's environments, as large as a page's."""
+    return [made(MAP_SIZE[1]) for made in ENVIRONMENTS.values()]
 
 
 @dataclass(frozen=True)
@@ -121,18 +121,22 @@ class Content:
         self.parts: dict[str, bytes] = {}
         self.facts: dict[str, Any] = {"materials": [], "templates": [], "environments": []}
         self.facts |= {"sampler": sampler_source(SAMPLER), "inputs": input_sources()}
+        self._samplers: dict[str, Any] | None = None
         if code:
-            self.facts["exports"] = shared()
+            self.facts["exports"] = exports = shared()
+            self._samplers = exports["samplers"]
         for environment in environments:
             self._add_environment(environment)
 
     def beside(self, name: str) -> Content:
         """An empty content for a file beside the page, whose materials are loaded when asked for.
 
-        It has the name of a kind of material; see :meth:`script`.
+        It has the name of a kind of material; see :meth:`script`. What its networks need to be
+        written as code is in the page, which is to be written after it.
         """
-        other = Content([], thumbnails=False, tabulate=self._tabulate, code="exports" in self.facts)
-        other._light, other._prefix = self._light, f"{name} "
+        other = copy.copy(self)
+        other.parts, other._prefix = {}, f"{name} "
+        other.facts = {"materials": [], "templates": []}
         return other
 
     def script(self, name: str) -> bytes:
@@ -141,11 +145,7 @@ class Content:
         A page says in its fact `more` which there are: dictionaries with `name`, `title`, `count`
         of materials, `size` in words, and `src`, the file's place relative to the page.
         """
-        kept = "materials", "templates", "textures", GLSL
-        facts = {key: self.facts[key] for key in kept if key in self.facts}
-        if "exports" in self.facts:
-            facts["exports"] = {"samplers": self.facts["exports"]["samplers"]}
-        content = packed(facts, self.parts).decode()
+        content = packed(self.facts, self.parts).decode()
         return f'nacreMaterials("{name}", "{content}");\n'.encode()
 
     def add(self, entry: Entry) -> None:
@@ -202,8 +202,8 @@ class Content:
     def allow(self, network: NeuralBrdf) -> None:
         """Include the template for this network and others with its shape."""
         key = key_of(network)
-        if known := self.facts.get("exports"):
-            known["samplers"] = operations_of(network.sampler, known["samplers"])
+        if self._samplers is not None:
+            hold(network.sampler, self._samplers)
         if all(known["key"] != key for known in self.facts["templates"]):
             self.facts["templates"].append(asdict(template(network)))
 

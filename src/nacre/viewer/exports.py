@@ -10,7 +10,7 @@ from __future__ import annotations
 import copy
 import itertools
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from importlib import resources
 from typing import Any
 
@@ -49,7 +49,7 @@ def shared() -> dict[str, Any]:
     state = np.random.default_rng(0).bit_generator.state["state"]
     return {
         "values": {
-            json.dumps([inputs, isotropic, angled]): _values(inputs, isotropic, angled)
+            _as_key(inputs, isotropic, angled): _values(inputs, isotropic, angled)
             for inputs, isotropic, angled in itertools.product(INPUTS, (True, False), (True, False))
             if (not isotropic or rotates_half_vector(inputs, True))
             and (not angled or has_axes(inputs, isotropic))
@@ -80,7 +80,12 @@ def _usual_samplers() -> Iterator[Sampler]:
 def sampler_key(sampler: Sampler) -> str:
     """What samplers have in common that need the same operations: :func:`sampling`."""
     described = describe_sampler(sampler)
-    return json.dumps([shape_of(described), bool(described.get("angle"))], separators=(",", ":"))
+    return _as_key(shape_of(described), bool(described.get("angle")))
+
+
+def _as_key(*parts: Any) -> str:
+    """JSON as browsers write it."""
+    return json.dumps(parts, separators=(",", ":"))
 
 
 def sampling(sampler: Sampler) -> dict[str, Recorded]:
@@ -154,7 +159,7 @@ def _as_json(trace: Trace, operation: Sequence[Any]) -> list[Any]:
     return [name, *arguments]
 
 
-def operations_of(sampler: Sampler, known: Mapping[str, Any]) -> Mapping[str, Any]:
-    """What is known of samplers, by :func:`sampler_key`, with those of another one."""
-    key = sampler_key(sampler)
-    return known if key in known else {**known, key: sampling(sampler)}
+def hold(sampler: Sampler, known: dict[str, Any]) -> None:
+    """Add a sampler to those that are known by :func:`sampler_key`, unless it is."""
+    if (key := sampler_key(sampler)) not in known:
+        known[key] = sampling(sampler)

@@ -9,10 +9,10 @@ const PAUSE = 300; // ms without a change after which the address follows
 const KEPT = 100; // states to go back to
 
 // Text of {name: text}, for the address.
-export const written = (state) =>
+const written = (state) =>
   Object.entries(state).map(([name, text]) => `${name}=${encodeURIComponent(text).replace(/%20/g, "+").replace(/%2C/g, ",")}`).join("&");
 
-export function parsed(hash) {
+function parsed(hash) {
   const text = hash.replace(/^#/, "").slice(0, LONGEST);
   return Object.fromEntries(new URLSearchParams(text));
 }

@@ -124,7 +124,6 @@ export class Page {
       this.materials.list.push({ ...each, kind });
       this.shelf.add(each);
     }
-    Object.assign(this.facts.exports?.samplers ?? {}, facts.exports?.samplers);
     if (!facts.textures) return;
     (this.facts.textures ??= []).push(...facts.textures.map((each) => ({ ...each, kind })));
     this.facts.texture_glsl = facts.texture_glsl;

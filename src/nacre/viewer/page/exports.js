@@ -3,7 +3,7 @@
 import { active } from "./inactive.js";
 import { datumOf, keyOf, shape } from "./programs.js";
 import { GLSL, WGSL, written } from "./source.js";
-import { FileError } from "./tensors.js";
+import { FileError, sizeOf } from "./tensors.js";
 import { replayed, traced } from "./trace.js";
 
 const MOST = 10000; // weights that compilers take as literals
@@ -45,7 +45,7 @@ const pruned = new WeakMap(); // layers by file: a file may be written in severa
 function functions(language, { held, file, name }) {
   const { header, tensors } = file, [inputs, isotropic, sizes, activation] = keyOf(header), datum = datumOf(header);
   const angled = inputs === "enhanced" && !isotropic && header.angle !== 0, squared = activation !== "relu";
-  const recorded = held.values[key(inputs, isotropic, angled)];
+  const recorded = held.values[JSON.stringify([inputs, isotropic, angled])];
   const sampling = held.samplers[JSON.stringify([shape(header.sampler), Boolean(header.sampler.angle)])];
   if (!recorded || !sampling) throw new FileError("has a sampler that this page cannot write; export it with nacre export");
   if (!pruned.has(file)) pruned.set(file, active(used(sizes, tensors, recorded.inputs), squared, held, recorded, datum));
@@ -65,14 +65,10 @@ function used(sizes, tensors, inputs) {
   return layers;
 }
 
-const key = (inputs, ...flags) => `["${inputs}", ${flags.join(", ")}]`; // as Python writes JSON
-
 // Facts about the network, and conventions.
 function preamble({ held, file: { header, tensors }, terms }) {
-  const { quality = {}, fit = {}, source = {}, channels, notes } = header, parts = Object.values(tensors);
-  const weights = parts.reduce((sum, { values }) => sum + values.length, 0);
-  const half = parts.every(({ type }) => type === "F16"), loss = quality.held_out_loss;
-  const lines = [`${safe(header.name) || "A material"}; written by nacre export`, `NeuralBrdf, ${weights} weights, ${(half ? 2 : 4) * weights} memory bytes`];
+  const { quality = {}, fit = {}, source = {}, channels, notes } = header, { weights, bytes } = sizeOf(tensors), loss = quality.held_out_loss;
+  const lines = [`${safe(header.name) || "A material"}; written by nacre export`, `NeuralBrdf, ${weights} weights, ${bytes} memory bytes`];
   if (source.file !== undefined && source.file !== null) lines.push(`Fitted to ${safe(source.file)}, SHA-256 ${safe(source.sha256 ?? "None")}`);
   if (typeof loss === "number") {
     const gain = typeof fit.gain === "number" && fit.gain !== 1 ? `${fit.gain} ` : "";
@@ -90,7 +86,7 @@ function safe(text) {
 }
 
 // A name as an identifier of every language.
-export function identifier(name) {
+function identifier(name) {
   const plain = name.normalize("NFKD").replace(/[^\x00-\x7f]/g, "").toLowerCase();
   const joined = plain.replace(/[^a-z0-9]+/g, "_").slice(0, 60).replace(/^_+|_+$/g, "");
   if (!joined) return "material";

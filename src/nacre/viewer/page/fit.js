@@ -1,10 +1,7 @@
 // The page's side of a fit: workers that train, and the reflectance that they ask for.
 
 import { Post } from "./post.js";
-import { VALUES } from "./shaders.js";
-import { WHOLE } from "./webgl.js";
 
-const WIDTH = 1024; // of textures that hold directions
 const PAIRS = 512, DIFFERENT = 0.02, SOME = 0.01; // see nacre.sampling.isotropy
 const PARAMETRISATIONS = {
   enhanced: ["enhanced half vectors along x and y, light carried to the pole", "enhanced rusinkiewicz vectors, phi_h = 0"],
@@ -12,20 +9,7 @@ const PARAMETRISATIONS = {
 };
 
 // f_r of a material and whether it is known, four numbers a pair, at directions of four numbers each.
-function values(renderer, { glsl, textures = {}, known = "1.0" }, pair) {
-  const count = pair[0].length / 4, size = [WIDTH, Math.max(1, Math.ceil(count / WIDTH))];
-  const [toward, from] = pair.map((w) => {
-    const padded = new Float32Array(4 * size[0] * size[1]);
-    padded.set(w);
-    return renderer.texture(size, padded);
-  });
-  const target = renderer.target(1, size);
-  renderer.fill(target, renderer.program(WHOLE, VALUES(glsl, known)), { toward, from, ...textures });
-  const found = renderer.read(target).slice(0, 4 * count);
-  renderer.free(target);
-  for (const texture of [toward, from]) renderer.gl.deleteTexture(texture);
-  return found;
-}
+const values = (renderer, material, [wi, wo]) => renderer.values(material, wi, wo, material.known ?? "1.0", 4).slice();
 
 // Whether turning both directions about the normal changes nothing.
 function turns(renderer, material) {

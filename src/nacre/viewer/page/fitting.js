@@ -1,11 +1,11 @@
 // What makes a neural material of one that the page shows: a button, how far it is, and the file.
 
-import { attempt, button, choice, element, made } from "./dom.js";
+import { button, choice, element, made } from "./dom.js";
 import { Fit } from "./fit.js";
 import { Look } from "./look.js";
 import { bytesOf, handOver } from "./save.js";
 import { kindOf } from "./shelf.js";
-import { software } from "./webgl.js";
+import { sizeOf } from "./tensors.js";
 
 const FEW = 3, SPARSE = 1500; // frames of a network, and ms between two, where the processor draws them
 const SHORT = { draft: "Neural, draft", standard: "Neural" };
@@ -43,9 +43,8 @@ export class Fitting {
   }
 
   async start() {
-    const { page } = this, { chosen, form } = page, preset = this.preset.lastChild.value;
+    const { page } = this, { chosen, form, renderer, materials, facts } = page, preset = this.preset.lastChild.value;
     const source = form.fitted ? chosen.forms.find((each) => !each.fitted) : form;
-    const { renderer, materials, facts } = page;
     Object.assign(this, { chosen, made: null });
     this.turn(true, `Fitting a network to ${chosen.name}…`);
     try {
@@ -54,7 +53,7 @@ export class Fitting {
       const seconds = ((performance.now() - this.fit.began) / 1000).toFixed(1), { held_out_loss: loss } = network.header.quality;
       network.header.name = chosen.name;
       if (chosen.source) network.header.source = chosen.source;
-      this.show(network, preset, { Model: "NeuralBrdf", Layers: network.header.sizes.join("-"), Bytes: bytes(network), "Held-out loss": loss.toPrecision(3), "Fitted in": `${seconds} s, in this page` });
+      this.show(network, preset, { Model: "NeuralBrdf", Layers: network.header.sizes.join("-"), Bytes: sizeOf(network.tensors).bytes.toLocaleString("en"), "Held-out loss": loss.toPrecision(3), "Fitted in": `${seconds} s, in this page` });
       this.turn(false, `${chosen.name}: a network in ${seconds} s, held-out loss ${loss.toPrecision(3)}.`);
     } catch (error) {
       this.drop();
@@ -80,7 +79,7 @@ export class Fitting {
     const seconds = ((performance.now() - this.fit.began) / 1000).toFixed(0);
     this.state.textContent = `${Math.round(100 * progress)} %, held-out loss ${loss.toPrecision(3)}, ${seconds} s`;
     const now = performance.now();
-    if (this.made && software(this.page.renderer.gl) && now - this.drawn < SPARSE) return;
+    if (this.made && this.page.renderer.software && now - this.drawn < SPARSE) return;
     this.drawn = now;
     this.show(network, preset);
   }
@@ -97,7 +96,7 @@ export class Fitting {
     const form = this.made, shows = page.form === form || (first && page.chosen === chosen);
     Object.assign(form, { network, known: known ?? {} });
     // Programs of their own draw faster in software, but take it a second to compile.
-    const compiled = known && software(this.page.renderer.gl);
+    const compiled = known && renderer.software;
     materials.read.set(form, compiled ? { glsl: materials.network(network) } : materials.varying(network));
     if (shows && (first || known)) page.choose(page.materials.list.indexOf(chosen), chosen.forms.indexOf(form));
     else if (known ? page.chosen === chosen : shows && page.mode instanceof Look) page.mode.changed();
@@ -109,8 +108,8 @@ export class Fitting {
   // Whether the picture should wait: directions are being evaluated, or the processor that trains would
   // have to draw more than it takes to see what has changed.
   waits() {
-    const { frames } = this.page.renderer;
-    return Boolean(this.fit) && frames > 0 && (!this.made || (frames >= FEW && software(this.page.renderer.gl)));
+    const { frames, software } = this.page.renderer;
+    return Boolean(this.fit) && frames > 0 && (!this.made || (frames >= FEW && software));
   }
 
   // Take an unfinished network away; the one before comes back.
@@ -127,10 +126,4 @@ export class Fitting {
     const { network } = this.page.form;
     handOver(this.page.chosen.name, bytesOf(network));
   }
-}
-
-// Bytes of the weights, as `nacre info` counts them.
-function bytes({ tensors }) {
-  const size = ({ type, values }) => values.length * (type === "F16" ? 2 : 4);
-  return Object.values(tensors).reduce((sum, each) => sum + size(each), 0).toLocaleString("en");
 }

@@ -4,7 +4,7 @@
 // disk as well, where browsers fetch nothing else.
 
 import { unpacked } from "./container.js";
-import { attempt, button, element, made } from "./dom.js";
+import { button, element, made } from "./dom.js";
 
 const waiting = new Map(); // what takes the content of a file, by its name
 

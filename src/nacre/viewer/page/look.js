@@ -1,7 +1,6 @@
 // Modes of the page, and the one that shows a material on its stage.
 
 import { element, made } from "./dom.js";
-import { software } from "./webgl.js";
 
 const CONVERGED = 64; // frames: noise is about what screens show
 export const LAST = 256; // nothing is seen to change
@@ -50,8 +49,7 @@ export class Look extends Mode {
     const wanted = `${clientWidth} ${clientHeight} ${ratio}`;
     if (wanted === this.fitted || !clientWidth || !clientHeight) return;
     Object.assign(this, { fitted: wanted, whole: null });
-    this.soft = software(renderer.gl);
-    const most = this.soft ? SOFTLY : AREA;
+    const most = renderer.software ? SOFTLY : AREA;
     const scale = Math.min(ratio, Math.sqrt(most / (clientWidth * clientHeight)));
     renderer.resize(...(this.size = [clientWidth, clientHeight].map((length) => Math.max(Math.round(length * scale), 1))));
     controls.framed();
@@ -92,7 +90,7 @@ export class Look extends Mode {
   // One more frame if it helps; returns a word on how far the picture is.
   draw() {
     const { renderer } = this.page;
-    if (this.staged && this.soft) this.sketch();
+    if (this.staged && renderer.software) this.sketch();
     if (renderer.frames < LAST) renderer.frame();
     // Smoothing takes as long as a frame where software draws: later frames are shown less often.
     const { frames } = renderer, due = frames < 4 || frames === LAST || frames >= 1.25 * this.shown;

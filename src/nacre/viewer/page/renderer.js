@@ -179,13 +179,13 @@ export class Renderer extends Context {
     return this.read(picture.latest);
   }
 
-  // Reflectance and `more`, the density of samples, four numbers a pair, of directions with three
-  // numbers each.
-  values({ glsl, textures = {} }, wi, wo, more = "material_pdf(wi, wo)") {
-    const count = wi.length / 3, width = Math.min(count, 1024), height = Math.ceil(count / width);
+  // Reflectance and `more`, the density of samples, four numbers a pair, of directions with `each`
+  // numbers.
+  values({ glsl, textures = {} }, wi, wo, more = "material_pdf(wi, wo)", each = 3) {
+    const count = wi.length / each, width = Math.min(count, 1024), height = Math.ceil(count / width);
     const held = [wi, wo].map((w) => {
       const padded = new Float32Array(4 * width * height);
-      for (let k = 0; k < count; k++) padded.set(w.slice(3 * k, 3 * k + 3), 4 * k);
+      for (let k = 0; k < count; k++) for (let c = 0; c < 3; c++) padded[4 * k + c] = w[each * k + c];
       return this.texture([width, height], padded);
     });
     const target = this.target(1, [width, height]);

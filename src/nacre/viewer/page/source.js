@@ -26,7 +26,7 @@ export const WGSL = {
 };
 
 // A float32 in the fewest digits that parse to it, as NumPy writes it.
-export function literal(value) {
+function literal(value) {
   const size = Math.abs(value), sign = value < 0 || Object.is(value, -0) ? "-" : "";
   if (size >= LARGEST) return `${sign}${LARGEST}`;
   if (size === 0) return `${sign}0.0`;

@@ -6,7 +6,6 @@ import { Look } from "./look.js";
 import { Map2d, weightsAt } from "./map.js";
 import { bytesOf, handOver } from "./save.js";
 import { readTensors } from "./tensors.js";
-import { software } from "./webgl.js";
 
 const NAMED = 3; // materials that a mixture is named after
 
@@ -65,7 +64,7 @@ around it and decoded to a network here. At a material that is close to it, not 
     this.file = this.decoder.network(this.decoder.mixed(this.weights), this.name);
     const { renderer, materials } = page, before = renderer.pictures[0]?.program;
     // Each code has a program of its own where the processor draws.
-    this.material = software(renderer.gl) ? { glsl: materials.network(this.file) } : materials.varying(this.file);
+    this.material = renderer.software ? { glsl: materials.network(this.file) } : materials.varying(this.file);
     renderer.show(this.material);
     const { program } = renderer.pictures[0];
     if (before === this.own && before !== program) renderer.forget(before);

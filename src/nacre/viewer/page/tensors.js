@@ -42,6 +42,12 @@ export function readTensors(buffer) {
   return { header, tensors };
 }
 
+// How many numbers tensors hold, and in how many bytes.
+export function sizeOf(tensors) {
+  const counts = Object.values(tensors).map(({ type, values }) => [values.length, TYPES[type]]);
+  return { weights: counts.reduce((sum, [count]) => sum + count, 0), bytes: counts.reduce((sum, [count, each]) => sum + count * each, 0) };
+}
+
 // What a text holds as JSON, if anything.
 function parsed(text) {
   try {

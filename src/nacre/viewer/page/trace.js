@@ -3,7 +3,7 @@
 
 export const constant = ([name, value]) => (name === "number" ? value : name === "literal" ? Number(value) : NaN);
 
-export class Trace {
+class Trace {
   operations = [];
   known = new Map();
 
@@ -71,10 +71,13 @@ export function traced(recorded, layers, squared, datum) {
   });
   values.forEach((value, k) => (found[places[1] + 1 + k] = value));
   trace.replay(operations, found, datum, places[1] + 1 + values.length);
-  return { operations: trace.operations, results: recorded.results.map((result) => result.map((number) => found[number])) };
+  return formula(trace, recorded, found);
 }
 
-export function replayed({ operations, results }, datum) {
-  const trace = new Trace(), found = trace.replay(operations, [], datum);
-  return { operations: trace.operations, results: results.map((result) => result.map((number) => found[number])) };
+export function replayed(recorded, datum) {
+  const trace = new Trace();
+  return formula(trace, recorded, trace.replay(recorded.operations, [], datum));
 }
+
+// {operations, results}, of which the results are lists of values.
+const formula = ({ operations }, { results }, found) => ({ operations, results: results.map((result) => result.map((number) => found[number])) });

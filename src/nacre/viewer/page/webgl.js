@@ -6,6 +6,8 @@ export const HEAD = "#version 300 es\nprecision highp float;\nprecision highp in
 export const WHOLE = `${HEAD}
 void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }`;
 
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render/i;
+
 // A canvas's WebGL2; throws an Error in plain words where the browser has none.
 export class Context {
   constructor(canvas) {
@@ -13,7 +15,10 @@ export class Context {
     if (!gl || !gl.getExtension("EXT_color_buffer_float"))
       throw new Error("This page needs WebGL2 with float pictures, which this browser does not have or has switched off.");
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
-    Object.assign(this, { gl, canvas, linkedPrograms: new Map() });
+    const known = gl.getExtension("WEBGL_debug_renderer_info");
+    // Whether the processor draws: it is slow at pictures and at reading uniforms, but compiles quickly.
+    const software = SOFTWARE.test(gl.getParameter(known ? known.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+    Object.assign(this, { gl, canvas, software, linkedPrograms: new Map() });
   }
 
   // The program of two sources; linked once.
@@ -194,12 +199,4 @@ export class Context {
     gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 0);
     gl.bindVertexArray(null);
   }
-}
-
-const SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render/i;
-
-// Whether the processor draws: it is slow at pictures and at reading uniforms, but compiles quickly.
-export function software(gl) {
-  const known = gl.getExtension("WEBGL_debug_renderer_info");
-  return SOFTWARE.test(gl.getParameter(known ? known.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
 }
