@@ -11,7 +11,7 @@ const STOPS = 4; // exposures that the slider reaches
 
 const capital = (text) => text[0].toUpperCase() + text.slice(1);
 const signed = (x) => `${x > 0 ? "+" : x < 0 ? "\u2212" : ""}${Math.abs(x).toFixed(1)}`;
-const SETTERS = { lamp: "shine", at: "put" }; // others are named as what they set
+const SETTERS = { stage: "restaged", curve: "restaged", lamp: "shine", at: "put" }; // others are named as what they set
 const SAID = {
   rotation: (x) => `${x}°`,
   exposure: (x) => `${signed(x)} stops`,
@@ -70,24 +70,17 @@ export class Controls {
 
   // Values are as exact as an address, so that it shows the same.
   set(name, wanted) {
-    const { parse, text } = SETTINGS[name], value = parse(text(wanted));
+    const { parse, text, scene } = SETTINGS[name], value = parse(text(wanted));
     this.values[name] = value;
     const field = this.fields[name]?.querySelector("input, select");
     if (field) field.value = value;
     if (this.said[name]) this.said[name].textContent = SAID[name](value);
-    this[SETTERS[name] ?? name](value);
+    if (scene) this.page.scene(scene(value));
+    else this[SETTERS[name] ?? name](value);
     this.page.touched?.();
   }
 
-  shape(shape) {
-    this.page.scene({ shape });
-  }
-
-  stage() {
-    this.staged(this.page.mode?.staged);
-  }
-
-  curve() {
+  restaged() {
     this.staged(this.page.mode?.staged);
   }
 
@@ -96,14 +89,6 @@ export class Controls {
     const { stage, curve } = this.values;
     this.page.renderer.change({ stage: has && stage === "on", film: has && curve === "film" });
     this.framed();
-  }
-
-  rotation(degrees) {
-    this.page.scene({ rotation: (degrees * Math.PI) / 180 });
-  }
-
-  exposure(stops) {
-    this.page.scene({ exposure: 2 ** stops });
   }
 
   turn([across, up]) {

@@ -1,13 +1,13 @@
 // What an address of the page, and an attribute of <nacre-view>, may say about a scene: one table of names.
 //
 // Each setting has the value it has unless told otherwise, `parse`, which throws an Error in words, and
-// `text`, its opposite.
+// `text`, its opposite; and, where that is all there is to it, `scene`, the change of a renderer's scene.
 
 import { SHAPES } from "./shapes.js";
 
 const DIGITS = 3, FINE = 7; // of numbers in addresses
 
-export const ALL_SHAPES = ["sphere", ...Object.keys(SHAPES)];
+const ALL_SHAPES = ["sphere", ...Object.keys(SHAPES)];
 
 const shorter = (x, digits = DIGITS) => `${Number(x.toFixed(digits))}`;
 
@@ -43,11 +43,11 @@ function word(what, words, initial) {
 }
 
 export const SETTINGS = {
-  shape: word("shape", ALL_SHAPES, "ball"),
+  shape: { ...word("shape", ALL_SHAPES, "ball"), scene: (shape) => ({ shape }) },
   stage: word("stage", ["on", "off"], "on"),
   light: { initial: "", parse: (text) => text, text: (value) => value },
-  rotation: numeric("rotation", "degrees", 0, [-180, 180]),
-  exposure: numeric("exposure", "stops", 0, [-8, 8]),
+  rotation: { ...numeric("rotation", "degrees", 0, [-180, 180]), scene: (degrees) => ({ rotation: (degrees * Math.PI) / 180 }) },
+  exposure: { ...numeric("exposure", "stops", 0, [-8, 8]), scene: (stops) => ({ exposure: 2 ** stops }) },
   curve: word("curve", ["film", "plain"], "film"),
   lamp: numeric("lamp", "times", 0, [0, 4]),
   at: pair("at", "parts of the radius", [-0.5, 0.5], [[-1, 1], [-1, 1]], FINE),

@@ -109,7 +109,7 @@ export class View {
     Object.assign(this, { host, bytes, environments: facts.environments, troubles: {} });
     const turning = (this.turning = new Turning());
     this.scene = { shape: "sphere", stage: false, film: false, turn: turning.by(0, 0), rotation: 0, exposure: 1, backing: 0, surroundings: 1, irradiance: [0, 0, 0] };
-    Object.assign(this, { read: null, stale: true, drawn: 0, seen: true, size: 256, changes: {}, words: ["", "sphere", ""] });
+    Object.assign(this, { read: null, stale: true, drawn: 0, seen: true, size: 256, changes: {}, words: ["", ""] });
     const root = host.shadowRoot ?? host.attachShadow({ mode: "open" });
     const sheet = new CSSStyleSheet();
     sheet.replaceSync(STYLE);
@@ -154,25 +154,12 @@ export class View {
   set(name, text) {
     this.say(name, "");
     try {
-      const { parse } = SETTINGS[name], value = text.trim() ? parse(text.trim()) : UNLESS_TOLD[name];
-      this.touch(this[name](value));
+      const { parse, scene } = SETTINGS[name], value = text.trim() ? parse(text.trim()) : UNLESS_TOLD[name];
+      this.touch(scene ? scene(value) : this[name](value));
     } catch (error) {
       this.say(name, error.message);
     }
     this.label();
-  }
-
-  shape(shape) {
-    this.words[1] = shape;
-    return { shape };
-  }
-
-  exposure(stops) {
-    return { exposure: 2 ** stops };
-  }
-
-  rotation(degrees) {
-    return { rotation: (degrees * Math.PI) / 180 };
   }
 
   turn([across, up]) {
@@ -193,7 +180,7 @@ export class View {
     const found = this.environments.find((each) => each.name === name);
     if (!found && name !== LAMP) throw new Error(`light "${name}" is none of ${names.join(", ")}`);
     this.lit = found ?? this.environments[0];
-    this.words[2] = name;
+    this.words[1] = name;
     return found ? { surroundings: 1, irradiance: [0, 0, 0] } : { surroundings: 0, irradiance: [Math.PI, Math.PI, Math.PI] };
   }
 
@@ -214,7 +201,7 @@ export class View {
 
   label(text = this.alt) {
     this.alt = text;
-    const [name, shape, light] = this.words;
+    const [name, light] = this.words, { shape } = this.scene;
     this.canvas.setAttribute("aria-label", text || (name ? `${name}, ${shape}, light ${light}` : "No material"));
   }
 
