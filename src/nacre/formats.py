@@ -219,7 +219,10 @@ def reader_options(path: PathLike) -> tuple[str, ...]:
     entry = identify(path)
     own = [name for name in inspect.signature(entry.load).parameters if name != "path"]
     several = entry.materials is not None
-    return (*(n for n in own if several or n != "material"), *(["bands"] * (entry.kind == "brdf")))
+    return (
+        *(n for n in own if several or n != "material"),
+        *(["apertures", "bands"] * (entry.kind == "brdf")),
+    )
 
 
 def is_btf(path: PathLike) -> bool:
@@ -286,7 +289,8 @@ def load(path: PathLike, material: str | None = None, **options: Any) -> Brdf | 
     material
         Name of a material, or its number from 1, for files that hold several.
     options
-        `bands`, for what :meth:`nacre.Brdf.in_bands` takes; and those of the format's reader:
+        `bands`, for what :meth:`nacre.Brdf.in_bands` takes; `apertures` of a scan, half the angles
+        of the cones of source and detector in degrees; and those of the format's reader:
         `quantity` and `directions` for photographs (see
         :func:`nacre.measured.textures.load_photographs`), `interpolation` for a MERL table. Those
         that are None count as not given.
@@ -320,16 +324,29 @@ def _load(path: PathLike, kind: Kind | None, material: str | None, given: dict[s
     path = resolve(path)
     options = told(path) | {name: value for name, value in given.items() if value is not None}
     material = options.pop("material", None) if material is None else material
-    bands = options.pop("bands", None)
+    bands, apertures = options.pop("bands", None), options.pop("apertures", None)
     source = Source(path)
     if path.is_dir():
         loaded = _read(path, _of_folder(path, options), kind, material, options)
         return loaded.replaced(name=loaded.name or path.stem, source=source)
     with _content(path) as (file, head):
         loaded = _read(file, _of_file(file, head), kind, material, options)
+        if apertures is not None:
+            loaded = _through(path, loaded, apertures)
         if bands is not None:
             loaded = _in_bands(path, loaded, bands)
         return loaded.replaced(name=loaded.name or file.stem, source=source)
+
+
+def _through(path: Path, loaded: Brdf | Btf, apertures: Sequence[float]) -> Brdf:
+    from nacre.measured.scattered import ScatteredBrdf
+
+    if not isinstance(loaded, ScatteredBrdf):
+        raise FormatError(f"{path}: apertures: are for scans; leave them out")
+    try:
+        return loaded.through(*apertures)
+    except (TypeError, ValueError) as error:
+        raise FormatError(f"{path}: apertures: {error}") from error
 
 
 def _in_bands(path: Path, loaded: Brdf | Btf, bands: Sequence[float] | str) -> Brdf:

@@ -37,6 +37,13 @@ def _columns(text: str) -> dict[str, str]:
     return {name.strip(): column.strip() for name, column in pairs}
 
 
+def _apertures(text: str) -> tuple[float, ...]:
+    angles = floats(text)
+    if len(angles) != 2 or not all(0.0 <= angle < 90.0 for angle in angles):
+        raise ValueError("expected SOURCE,DETECTOR in degrees, half the angles, like 0.25,2.5")
+    return angles
+
+
 _QUANTITIES = ["brdf", "brf", "brdf-cos", "percent"]
 _OPTIONS: tuple[tuple[str, dict[str, Any], str], ...] = (
     (
@@ -58,6 +65,11 @@ _OPTIONS: tuple[tuple[str, dict[str, Any], str], ...] = (
         "--quantity",
         {"type": click.Choice(_QUANTITIES), "metavar": "KIND"},
         f"Values of a table are {', '.join(_QUANTITIES)}.",
+    ),
+    (
+        "--apertures",
+        {"type": Parsed("SOURCE,DETECTOR", _apertures), "metavar": "SOURCE,DETECTOR"},
+        "Half the angles of the cones of a scan's source and detector, in degrees.",
     ),
     ("--sheet", {"metavar": "NAME"}, "Sheet of a spreadsheet."),
     ("--opaque-part", {"is_flag": True}, "Leave out transmission, emission and textures."),

@@ -30,6 +30,7 @@ from nacre.measured.deduplication import from_measurement
 from nacre.measured.scattered import ScatteredBrdf, tabulate
 from nacre.measured.specular_nodes import bands as spectral_bands
 from nacre.measured.specular_nodes import spectra as spectra_of
+from nacre.sampling.apertures import half_angle
 
 _SIZE_LIMIT = 1 << 28
 _LARGEST = float(np.finfo(np.float32).max)
@@ -105,6 +106,7 @@ def load(path: PathLike) -> ScatteredBrdf:
         spectra=None if bands is None else spectra,
         wavelengths=bands,
         sigma=spread,
+        apertures=_apertures(path, metadata),
         facts=_facts(metadata),
         notes=notes,
     )
@@ -117,6 +119,7 @@ def load(path: PathLike) -> ScatteredBrdf:
         spectra=scan.spectra,
         wavelengths=scan.wavelengths,
         sigma=scan.samples.sigma,
+        apertures=scan.samples.apertures,
         facts=_facts(metadata),
     )
     return made.replaced(channels=scan.channels, notes=scan.notes, document=document)
@@ -265,6 +268,22 @@ def _arranged(
         np.maximum.at(spread, (pair, band), sigma)
     noise = None if sigma is None else spread.max(axis=1)
     return directions[first], values, bands, noise, int(np.count_nonzero((~both).any(axis=1)))
+
+
+def _apertures(path: PathLike, metadata: Mapping[str, Any]) -> _Array | None:
+    """Half angles of source and detector in radians, (2,), from their solid angles."""
+    instrument = metadata.get("instrumentation")
+    found = np.zeros(2)
+    for side, system in enumerate(("illumination_system", "detection_system")):
+        entry = instrument.get(system) if isinstance(instrument, dict) else None
+        angle = entry.get("solid_angle") if isinstance(entry, dict) else None
+        if isinstance(angle, dict) and angle.get("unit") == "sr":
+            value = angle.get("value")
+            if not isinstance(value, int | float) or not 0.0 <= value < 2.0 * math.pi:
+                where = f"{path}: metadata: {system}: solid_angle"
+                raise FormatError(f"{where}: is no number from 0 to less than 2 pi")
+            found[side] = half_angle(value)
+    return found if found.any() else None
 
 
 def _facts(metadata: Mapping[str, Any]) -> dict[str, Any]:

@@ -4,7 +4,8 @@ UTF-8 text. Header lines come first: `# key: value`, or without the mark. Then o
 columns, in any order, and every further line is one sample: the angles theta_i, phi_i (light) and
 theta_o, phi_o (viewer), and f_r in 1/sr as r, g, b (linear Rec. 709), as x, y, z (CIE 1931), as f
 alone (gray), or one column a band, named by its wavelength in nm; where there is a column sigma, it
-is the standard deviation of the noise of these. See :mod:`nacre.measured.sample_columns`.
+is the standard deviation of the noise of these. Apertures stand in the header, "source aperture:
+0.5 deg", or in columns. See :mod:`nacre.measured.sample_columns`.
 """
 
 from __future__ import annotations
@@ -25,14 +26,23 @@ from nacre.geometry import from_spherical, join, split, to_spherical
 from nacre.io.files import PathLike, atomic_path
 from nacre.io.format import Format
 from nacre.io.head import recognized_head
-from nacre.io.text_file import read_lines
+from nacre.io.text_file import parse_number, read_lines
 from nacre.measured.deduplication import from_measurement
-from nacre.measured.sample_columns import ANGLES, NOISE, Columns, read_header, read_table
+from nacre.measured.sample_columns import (
+    ANGLES,
+    APERTURES,
+    NOISE,
+    Columns,
+    read_header,
+    read_table,
+)
 from nacre.measured.scattered import ScatteredBrdf, tabulate
+from nacre.sampling.apertures import half_angle
 
 _SIZE_LIMIT = 1 << 28
 _COUNTS = ("samples", "num_points")  # header keys of the number of samples: ours, and ASTM's
-_USED = ("units", "values", *_COUNTS)
+_COVERAGE = "coverage factor"  # header key: column sigma is this times a standard deviation
+_USED = ("units", "values", _COVERAGE, *_COUNTS, *(name.replace("_", " ") for name in APERTURES))
 _NAMES = rb"theta_i\b", rb"phi_i\b", rb"theta_[osr]\b", rb"phi_[osr]\b"
 """Names of columns that tables of this kind have; others are read as those of goniometers."""
 _LARGEST = 3.4028234e38  # of what is written: below the largest float32, which nine digits round up
@@ -58,9 +68,7 @@ def load(path: PathLike) -> ScatteredBrdf:
         raise FormatError(f"{path}: polar angles: must lie from 0 to 180 degrees; check the units")
     wi, wo = (join(w).astype(np.float64) for w in map(from_spherical, polar, azimuth))
     rgb, spectra, wavelengths = _values(table, columns)
-    sigma = table[:, columns.names.index(NOISE)] if NOISE in columns.names else None
-    if sigma is not None and sigma.min() < 0.0:
-        raise FormatError(f"{path}: column {NOISE}: a standard deviation is negative")
+    sigma = _sigma(path, header, table, columns, rgb if spectra is None else spectra)
     return from_measurement(
         wi,
         wo,
@@ -71,6 +79,7 @@ def load(path: PathLike) -> ScatteredBrdf:
         spectra=spectra,
         wavelengths=wavelengths,
         sigma=sigma,
+        apertures=_apertures(path, header, table, columns),
         facts={f"header {key}": value for key, value in header.items() if key not in _USED}
         | ({"rows without values": left_out} if left_out else {}),
     )
@@ -89,7 +98,8 @@ def save(brdf: Brdf, path: PathLike) -> None:
     except ValueError as error:
         raise FormatError(f"{path}: cannot be written: {error}") from error
     names, values = _columns(scan)
-    header = [f"isotropic: {'yes' if brdf.isotropic else 'no'}", f"samples: {len(values)}"]
+    isotropic = f"isotropic: {'yes' if brdf.isotropic else 'no'}"
+    header = [isotropic, f"samples: {len(values)}", *_stated(scan)]
     _write(path, brdf.name, header, names, [(scan.samples.wi, scan.samples.wo, values)])
 
 
@@ -111,7 +121,7 @@ def save_plan(
     """
     names, values = (list("rgb"), None) if measured is None else _columns(measured)
     blocks = [] if measured is None else [(measured.samples.wi, measured.samples.wo, values)]
-    header = ["isotropic: yes", *header]
+    header = ["isotropic: yes", *header, *([] if measured is None else _stated(measured))]
     _write(path, name, header, names, [*blocks, (wi, wo, None)])
 
 
@@ -124,7 +134,20 @@ def _columns(scan: ScatteredBrdf) -> tuple[list[str], _Array]:
         names, values = [f"{w:.10g} nm" for w in wavelengths], spectra
     if samples.sigma is not None:
         names, values = [*names, NOISE], np.column_stack([values, samples.sigma])
+    if samples.apertures is not None and not _stated(scan):
+        names = [*names, *(f"{name} [deg]" for name in APERTURES)]
+        values = np.column_stack([values, np.round(np.degrees(samples.apertures), 9)])
     return names, np.clip(values, -_LARGEST, _LARGEST)
+
+
+def _stated(scan: ScatteredBrdf) -> list[str]:
+    """Header lines for the apertures, if they are the same for all samples."""
+    apertures = scan.samples.apertures
+    if apertures is None or np.ptp(apertures, axis=0).any():
+        return []
+    degrees = np.round(np.degrees(apertures[0]), 9)
+    pairs = zip(APERTURES, degrees, strict=True)
+    return [f"{name.replace('_', ' ')}: {angle:.10g} deg" for name, angle in pairs]
 
 
 def _write(
@@ -177,6 +200,66 @@ def _values(table: _Array, columns: Columns) -> tuple[_Array | None, _Array | No
     if "f" in columns.names:
         return pick("fff"), None, None
     return (xyz_to_rgb(pick("xyz")) if "x" in columns.names else pick("rgb")), None, None
+
+
+def _sigma(
+    path: PathLike, header: dict[str, str], table: _Array, columns: Columns, values: _Array | None
+) -> _Array | None:
+    """Standard deviations (n,) of values (n, channels); None where no column has them."""
+    if NOISE not in columns.names or values is None:
+        return None
+    sigma = table[:, columns.names.index(NOISE)]
+    if sigma.min() < 0.0:
+        raise FormatError(f"{path}: column {NOISE}: a standard deviation is negative")
+    factor = header.get(_COVERAGE, "1")
+    try:
+        coverage = parse_number(factor)
+    except ValueError:
+        coverage = math.nan
+    if not 0.0 < coverage < math.inf:
+        raise FormatError(f"{path}: header '{_COVERAGE}': {factor[:40]!r}, expected one like 2")
+    if columns.percent:
+        sigma = 0.01 * sigma * np.maximum(values, 0.0).mean(axis=1)
+    return np.asarray(sigma / coverage)
+
+
+def _apertures(
+    path: PathLike, header: dict[str, str], table: _Array, columns: Columns
+) -> _Array | None:
+    """Half angles of source and detector in radians, shape (n, 2); None where nothing says them."""
+    found = np.zeros((len(table), 2))
+    for side, name in enumerate(APERTURES):
+        key = name.replace("_", " ")
+        if name in columns.names:
+            values, scale = table[:, columns.names.index(name)], columns.scales[name]
+        elif key in header:
+            values, scale = _aperture(path, key, header[key])
+        else:
+            continue
+        limit = 2.0 * math.pi if scale == 0.0 else 0.5 * math.pi / scale
+        if values.min() < 0.0 or values.max() >= limit:
+            raise FormatError(
+                f"{path}: {key}: must be half an angle from 0 to less than 90 degrees"
+            )
+        found[:, side] = half_angle(values) if scale == 0.0 else scale * values
+    return found if found.any() else None
+
+
+_APERTURE = re.compile(r"([0-9.eE+-]+)\s*(degrees|degree|deg|°|radians|rad|sr)")
+
+
+def _aperture(path: PathLike, key: str, text: str) -> tuple[_Array, float]:
+    """The number and the factor to radians, 0 for a solid angle, of a header line."""
+    match = _APERTURE.fullmatch(text)
+    try:
+        number = parse_number(match[1]) if match else math.nan
+    except ValueError:
+        number = math.nan
+    if match is None or not math.isfinite(number):
+        expected = "half the angle, like 2.5 deg, or the solid angle, like 0.006 sr"
+        raise FormatError(f"{path}: header '{key}': {text[:40]!r}, expected {expected}")
+    scale = {"sr": 0.0, "rad": 1.0, "radians": 1.0}.get(match[2], math.pi / 180.0)
+    return np.array([number]), scale
 
 
 def _flag(path: PathLike, header: dict[str, str], key: str) -> bool:

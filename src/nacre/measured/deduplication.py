@@ -29,12 +29,14 @@ def from_measurement(
     spectra: Floats | None = None,
     wavelengths: Floats | None = None,
     sigma: Floats | None = None,
+    apertures: Floats | None = None,
     facts: Mapping[str, Any] | None = None,
     notes: Iterable[str] = (),
 ) -> ScatteredBrdf:
     """A reflectance from the rows of a file, which may hold more than a reflectance can.
 
-    Where `rgb` is None, its channels are those of the spectra
+    `apertures` are half angles of source and detector in radians, shape (n, 2) or (2,). Where `rgb`
+    is None, its channels are those of the spectra
     (:func:`nacre.measured.spectra.as_channels`).
 
     Samples with a direction at or below the horizon, and those negative in every channel (not
@@ -74,6 +76,8 @@ def from_measurement(
         """Standard deviations (n,) of means of what has those of `noise`."""
         return np.asarray(np.sqrt(mean(np.square(noise)[:, None]) / count)[:, 0])
 
+    if apertures is not None and apertures.ndim == 2:
+        apertures = mean(apertures)
     said = [*notes, *_cautions(turned, rgb[kept].max(axis=1), rank, isotropic)]
     counts = {
         "dropped below the horizon": int((~visible).sum()),
@@ -89,6 +93,7 @@ def from_measurement(
         spectra=None if spectra is None else mean(spectra),
         wavelengths=wavelengths,
         sigma=None if sigma is None else of_means(sigma),
+        apertures=apertures,
         facts=dict(facts or {}) | counts,
     )
     return scan.replaced(channels=channels, notes=tuple(said))

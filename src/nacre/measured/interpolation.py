@@ -105,7 +105,19 @@ def interpolate(near: Neighbours, logs: Floats) -> Floats:
     It is kept within the range of these neighbors. `logs` are the :func:`logarithms` of all
     samples, shape (samples, channels).
     """
-    values = logs[near.sample]
+    return weighted(near.sample, shares(near), logs)
+
+
+def weighted(sample: npt.NDArray[np.integer[Any]], parts: Floats, logs: Floats) -> Floats:
+    """:func:`interpolate` for neighbors by their indices and :func:`shares`, shapes (n, k)."""
+    values = logs[sample]
+    level = np.einsum("nk,nkc->nc", parts, values)
+    level = np.clip(level, values.min(axis=1), values.max(axis=1))
+    return np.asarray(_FLOOR * np.expm1(level), np.float64)
+
+
+def shares(near: Neighbours) -> Floats:
+    """What the value of each neighbor counts for in that of the plane at the point, (n, k)."""
     scale = near.distance[:, -1:] + 1e-12
     distance = near.distance / scale
     weight = np.maximum(1.0 - distance, 1e-3) ** 2 / (distance**2 + 1e-6)
@@ -115,9 +127,11 @@ def interpolate(near: Neighbours, logs: Floats) -> Floats:
     normal = weighted.transpose(0, 2, 1) @ basis
     slopes = np.arange(1, basis.shape[2])
     normal[:, slopes, slopes] += _RIDGE
-    level = np.linalg.solve(normal, weighted.transpose(0, 2, 1) @ values)[:, 0]
-    level = np.clip(level, values.min(axis=1), values.max(axis=1))
-    return np.asarray(_FLOOR * np.expm1(level), np.float64)
+    # The level of the plane is the first row of the inverse times the weighted values.
+    first = np.zeros((len(normal), basis.shape[2], 1))
+    first[:, 0] = 1.0
+    row = np.linalg.solve(normal, first)[:, :, 0]  # the normal matrix is symmetric
+    return np.asarray(np.einsum("nki,ni->nk", weighted, row))
 
 
 def coordinates(wi: Components, wo: Components, isotropic: bool, mirrored: bool) -> Floats:

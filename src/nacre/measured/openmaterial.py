@@ -3,7 +3,9 @@
 JSON by the schema `material_brdf_schema.json` of version 1.1.0. Each row of the table is a
 wavelength in m, the zenith angle of incidence, the zenith angle and the azimuth of exit relative to
 that of incidence, in radians, and f_r in 1/sr. Both directions point away from the surface: at
-azimuth 0 light goes back to where it comes from. Materials are isotropic.
+azimuth 0 light goes back to where it comes from. Materials are isotropic. The solid angle of the
+receiver is its aperture. The schema knows no uncertainty, but allows further fields: nacre writes
+and reads `standardUncertainties`, in 1/sr, one for each row.
 """
 
 from __future__ import annotations
@@ -27,12 +29,14 @@ from nacre.measured.deduplication import from_measurement
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.measured.specular_nodes import Resolution, bands, directions, spectra
 from nacre.sampling import check_isotropic
+from nacre.sampling.apertures import half_angle, solid_angle
 
 VERSION = "1.1.0"  # of the specification that written files follow
 
 _SIZE_LIMIT = 1 << 28
 _BAND_LIMIT = 1024
 _COLUMNS = 5
+_SOLID_ANGLES, _UNCERTAINTY = "receiverSolidAngles", "standardUncertainties"
 _LONGEST = 17.16e-3  # m; the schema's
 _LARGEST = float(np.finfo(np.float32).max)
 _TURN = 6.283185  # rad; the schema's largest azimuth
@@ -71,8 +75,8 @@ def _from_table(path: PathLike, content: dict[str, Any]) -> ScatteredBrdf:
             raise FormatError(f"{path}: holds {known[0]}, no reflectance")
         held = ", ".join(str(key) for key in content if key not in ("metadata", "$schema"))
         raise FormatError(f"{path}: brdf.lookupTable: missing (the file has: {held[:80]})")
-    rows, nulls = _rows(path, brdf["lookupTable"])
-    wavelengths, angles, values = _matrix(path, rows)
+    rows, nulls = _rows(path, brdf["lookupTable"], brdf.get(_UNCERTAINTY))
+    wavelengths, angles, values, sigma = _matrix(path, rows)
     theta_i, theta_o, phi = angles.T
     wi, wo = join(from_spherical(theta_i, 0.0 * phi)), join(from_spherical(theta_o, phi))
     known = [key for key in ("sources", "license") if key in metadata]
@@ -88,6 +92,8 @@ def _from_table(path: PathLike, content: dict[str, Any]) -> ScatteredBrdf:
         where=f"{path}: lookupTable",
         spectra=values,
         wavelengths=wavelengths,
+        sigma=sigma,
+        apertures=_apertures(path, brdf),
         facts=facts | {"dropped as null": nulls},
     )
 
@@ -128,9 +134,17 @@ def _read(path: PathLike) -> dict[str, Any]:
     return content
 
 
-def _rows(path: PathLike, table: list[Any]) -> tuple[Floats, int]:
-    """Rows without a null, shape (n, 5), checked; and how many had one."""
+def _rows(path: PathLike, table: list[Any], uncertainty: Any) -> tuple[Floats, int]:
+    """Rows without a null, checked, and how many had one; shape (n, 5), or (n, 6) with standard
+    uncertainties.
+    """
     kept = []
+    if uncertainty is not None and not (
+        isinstance(uncertainty, list)
+        and len(uncertainty) == len(table)
+        and all(type(value) in (int, float) and 0.0 <= value <= _LARGEST for value in uncertainty)
+    ):
+        raise FormatError(f"{path}: {_UNCERTAINTY}: expected {len(table)} numbers from 0 up")
     for number, row in enumerate(table):
         if not isinstance(row, list) or len(row) != _COLUMNS:
             raise FormatError(f"{path}: lookupTable: row {number}: expected {_COLUMNS} numbers")
@@ -138,7 +152,7 @@ def _rows(path: PathLike, table: list[Any]) -> tuple[Floats, int]:
             continue
         if not all(type(value) in (int, float) and abs(value) <= _LARGEST for value in row):
             raise FormatError(f"{path}: lookupTable: row {number}: expected finite numbers")
-        kept.append(row)
+        kept.append(row if uncertainty is None else [*row, uncertainty[number]])
     if not kept:
         raise FormatError(f"{path}: lookupTable: holds no samples")
     rows = np.array(kept, np.float64)
@@ -153,8 +167,10 @@ def _rows(path: PathLike, table: list[Any]) -> tuple[Floats, int]:
     return rows, len(table) - len(kept)
 
 
-def _matrix(path: PathLike, rows: Floats) -> tuple[Floats, Floats, Floats]:
-    """Wavelengths in nm (b,), angles (n, 3), and values (n, b)."""
+def _matrix(path: PathLike, rows: Floats) -> tuple[Floats, Floats, Floats, Floats | None]:
+    """Wavelengths in nm (b,), angles (n, 3), values (n, b), and the largest standard uncertainty of
+    a pair of directions (n,), where there is one.
+    """
     wavelengths, band = np.unique(1e9 * rows[:, 0], return_inverse=True)
     if rows[:, 0].min() < 1e-9 or len(wavelengths) > _BAND_LIMIT:
         limits = f"1 to {_BAND_LIMIT} wavelengths from 1e-09 m"
@@ -163,12 +179,27 @@ def _matrix(path: PathLike, rows: Floats) -> tuple[Floats, Floats, Floats]:
     count = len(rows) // len(wavelengths)
     sorted_rows = rows[order]
     if count * len(wavelengths) == len(rows):
-        parts = sorted_rows.reshape(len(wavelengths), count, _COLUMNS)
+        parts = sorted_rows.reshape(len(wavelengths), count, -1)
         if (1e9 * parts[:, :, 0] == wavelengths[:, None]).all() and np.allclose(
             parts[:, :, 1:4], parts[:1, :, 1:4], rtol=0.0, atol=_SLACK
         ):
-            return wavelengths, parts[0, :, 1:4], np.ascontiguousarray(parts[:, :, 4].T)
+            sigma = parts[:, :, _COLUMNS].max(axis=0) if rows.shape[1] > _COLUMNS else None
+            return wavelengths, parts[0, :, 1:4], np.ascontiguousarray(parts[:, :, 4].T), sigma
     raise FormatError(f"{path}: lookupTable: has other directions at every wavelength; not read")
+
+
+def _apertures(path: PathLike, brdf: dict[str, Any]) -> Floats | None:
+    """Half angles of source and receiver in radians, (2,): the median of those of wavelengths."""
+    listed = brdf.get(_SOLID_ANGLES)
+    if listed is None:
+        return None
+    if not isinstance(listed, list):
+        raise FormatError(f"{path}: {_SOLID_ANGLES}: is no list")
+    angles = [entry.get("solidAngle") if isinstance(entry, dict) else None for entry in listed]
+    known = [a for a in angles if isinstance(a, int | float) and 0.0 < a < 2.0 * math.pi]
+    if len(known) < len(angles):
+        raise FormatError(f"{path}: {_SOLID_ANGLES}: solidAngle: must lie between 0 and 2 pi")
+    return np.array([0.0, half_angle(float(np.median(known)))]) if known else None
 
 
 def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:
@@ -200,6 +231,14 @@ def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> No
     meters = [float(f"{1e-9 * wavelength:.9g}") for wavelength in wavelengths]
     with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         file.write(f'{text[:-2]},\n  "brdf": {{\n    "wavelengths": {json.dumps(meters)},\n')
+        if scan is not None and scan.samples.apertures is not None:
+            wide = solid_angle(float(np.median(scan.samples.apertures[:, 1])))
+            receivers = [{"wavelength": length, "solidAngle": wide} for length in meters]
+            if wide > 0.0:
+                file.write(f'    "{_SOLID_ANGLES}": {json.dumps(receivers)},\n')
+        if scan is not None and scan.samples.sigma is not None:
+            spread = [float(f"{value:.6g}") for value in scan.samples.sigma[order].tolist()]
+            file.write(f'    "{_UNCERTAINTY}": {json.dumps(spread * len(meters))},\n')
         file.write('    "lookupTable": [')
         mark = "\n"
         for length, band in zip(meters, np.clip(values.T, 0.0, _LARGEST), strict=True):

@@ -38,8 +38,11 @@ _ALIASES = {
     **{f"{angle}_{end}": f"{angle}_o" for angle in ("theta", "phi") for end in "sr"},
     **dict.fromkeys(("brdf", "bsdf", "f_r"), "f"),
     **{name: name[0] for name in ("red", "green", "blue")},
+    **dict.fromkeys(("std", "stdev", "uncertainty"), "sigma"),
 }
 NOISE = "sigma"  # column of the standard deviation of f_r, in every channel
+APERTURES = ("source_aperture", "detector_aperture")
+"""Columns of half the angle of the cones that light comes from, and that the detector takes in."""
 
 _COLORS = (["b", "g", "r"], ["x", "y", "z"], ["f"])
 _COLUMN = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?")
@@ -49,8 +52,10 @@ _BAND = re.compile(r"(\d+(?:\.\d+)?)\s*(?:nm)?")
 @dataclass(frozen=True)
 class Columns:
     names: list[str]
-    """ANGLES; r, g, b, or x, y, z, or f, or wavelengths in nm; NOISE if it is there."""
-    scales: dict[str, float]  # factor to radians for each of ANGLES
+    """ANGLES; r, g, b, or x, y, z, or f, or wavelengths in nm; NOISE and APERTURES if there."""
+    scales: dict[str, float]
+    """Factor to radians for each of ANGLES and APERTURES; of these, 0 for solid angles in sr."""
+    percent: bool  # whether NOISE is relative, in percent
     separator: str | None  # between columns; None for blanks
 
     @property
@@ -94,7 +99,7 @@ def read_table(
     A :class:`FormatError` says that there are none, or which line or value is wrong.
     """
     values, numbers = array("d"), array("q")
-    angles = [index for index, name in enumerate(columns.names) if name in ANGLES]
+    given = {index for index, name in enumerate(columns.names) if name in (*ANGLES, *APERTURES)}
     empty: list[int] = []
     marks: set[str] = set()
     for number, line in lines:
@@ -113,7 +118,7 @@ def read_table(
         if len(cells) != len(columns.names):
             counts = f"{len(cells)} values, expected {len(columns.names)}"
             raise FormatError(f"{path}: line {number}: {counts}")
-        if [index for index, cell in enumerate(cells) if cell] == angles:
+        if {index for index, cell in enumerate(cells) if cell} == given:
             empty.append(number)
             continue
         try:
@@ -162,6 +167,7 @@ def _columns(path: PathLike, line: str, header: dict[str, str]) -> Columns:
         raise FormatError(f"{path}: {len(cells)} columns, at most {_COLUMN_LIMIT} are read")
     names: list[str] = []
     scales: dict[str, float] = {}
+    percent = False
     for cell in cells:
         match = _COLUMN.fullmatch(cell) if len(cell) <= _NAME_LIMIT else None
         name, unit = (match["name"], match["unit"]) if match else (cell, None)
@@ -170,9 +176,14 @@ def _columns(path: PathLike, line: str, header: dict[str, str]) -> Columns:
         names.append(band[1] if band else name)
         if name in ANGLES:
             scales[name] = _scale(path, name, unit or header.get("units"))
+        elif name in APERTURES:
+            solid = (unit or "").strip().lower() == "sr"
+            scales[name] = 0.0 if solid else _scale(path, name, unit or header.get("units"))
+        elif name == NOISE:
+            percent = unit == "%"
     check_columns(path, names, ANGLES)
-    columns = Columns(names, scales, separator)
-    values = [name for name in names if name not in (*ANGLES, NOISE)]
+    columns = Columns(names, scales, percent, separator)
+    values = [name for name in names if name not in (*ANGLES, NOISE, *APERTURES)]
     if sorted(values) in _COLORS:
         return columns
     if not values or len(columns.bands) < len(values):

@@ -22,6 +22,7 @@ from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.geometry import from_rusinkiewicz_angles, join, split
 from nacre.measured.interpolation import NEIGHBORS, Neighbours, SampleTree, interpolate, logarithms
+from nacre.measured.sharpening import sharpened
 from nacre.measured.spectra import chosen_channels
 from nacre.numerics.direction_samples import DirectionSamples, Scattered
 from nacre.sampling import LobeSampledBrdf, check_isotropic
@@ -39,9 +40,10 @@ class ScatteredBrdf(LobeSampledBrdf):
     f_r is interpolated (:mod:`nacre.measured.interpolation`): a plane is fitted to log f_r of the
     16 nearest samples, weighted by the inverse square of their distance. The result is kept within
     the range of these neighbors, so it is bounded by the data everywhere, the horizon included, and
-    passes through the samples. f_r counts as known where the nearest sample is no further away than
-    samples typically are from each other. Nothing is assumed about exchanging the directions.
-    Evaluation runs on NumPy arrays only.
+    passes through the samples, or, where apertures are known, through values whose means over
+    the apertures they are (:mod:`nacre.measured.sharpening`). f_r counts as known where the nearest
+    sample is no further away than samples typically are from each other. Nothing is assumed about
+    exchanging the directions. Evaluation runs on NumPy arrays only.
 
     Parameters
     ----------
@@ -59,14 +61,17 @@ class ScatteredBrdf(LobeSampledBrdf):
         f_r in 1/sr per band, shape (n, bands), and the bands in nm, shape (bands,), where known.
     sigma
         Standard deviation of the noise of f_r in 1/sr, in every channel, shape (n,), where known.
+    apertures
+        Half the angles of the cones of source and detector in radians, shape (n, 2) or (2,), each
+        below a right angle; 0 where there is none. See :mod:`nacre.sampling.apertures`.
     facts
         What else :meth:`describe` should show.
 
     Raises
     ------
     ValueError
-        If shapes do not match, there is no sample, a value is not finite, a standard deviation is
-        negative, or a direction is not above the horizon;
+        If shapes do not match, there is no sample, a value is not finite, a standard deviation or
+        an aperture is out of range, or a direction is not above the horizon;
         :func:`nacre.measured.deduplication.from_measurement` sorts such rows out.
     """
 
@@ -84,6 +89,7 @@ class ScatteredBrdf(LobeSampledBrdf):
         spectra: npt.ArrayLike | None = None,
         wavelengths: npt.ArrayLike | None = None,
         sigma: npt.ArrayLike | None = None,
+        apertures: npt.ArrayLike | None = None,
         facts: Mapping[str, Any] | None = None,
     ) -> None:
         light, view, color = arrays = [np.array(a, np.float64) for a in (wi, wo, rgb)]
@@ -113,8 +119,16 @@ class ScatteredBrdf(LobeSampledBrdf):
             raise ValueError(f"sigma of shape {noise.shape}, expected (n,)")
         if noise is not None and not (np.isfinite(noise) & (noise >= 0.0)).all():
             raise ValueError("sigma must be finite and not negative")
-        self.samples = DirectionSamples(light, view, color, noise)
-        """Directions, linear RGB and noise as they were measured; arrays of float64."""
+        cones = None if apertures is None else np.array(apertures, np.float64)
+        if cones is not None:
+            if cones.shape not in ((2,), (len(color), 2)):
+                raise ValueError(f"apertures of shape {cones.shape}, expected (n, 2)")
+            if not ((cones >= 0.0) & (cones < 0.5 * math.pi)).all():
+                raise ValueError("apertures must be from 0 to less than 90 degrees")
+            cones = np.tile(cones, (len(color), 1)) if cones.ndim == 1 else cones
+            cones = cones if cones.any() else None
+        self.samples = DirectionSamples(light, view, color, noise, cones)
+        """Directions, linear RGB, noise and apertures as they were measured; float64."""
         self._facts = dict(facts or {})
 
     def subset(self, chosen: npt.NDArray[Any]) -> ScatteredBrdf:
@@ -130,10 +144,36 @@ class ScatteredBrdf(LobeSampledBrdf):
             spectra=None if self.spectra is None else self.spectra[chosen],
             wavelengths=self.wavelengths,
             sigma=part.sigma,
+            apertures=part.apertures,
         ).replaced(channels=self.channels, notes=self.notes)
 
     def scattered(self) -> Scattered | None:
-        return self
+        if self.samples.apertures is None:
+            return self
+        part = self._sharp
+        return ScatteredBrdf(
+            part.wi,
+            part.wo,
+            part.rgb,
+            self.name,
+            isotropic=self.isotropic,
+            mirrored=self.mirrored,
+            spectra=self._sharp_spectra,
+            wavelengths=self.wavelengths,
+            sigma=part.sigma,
+        ).replaced(channels=self.channels, notes=self.notes)
+
+    def through(self, source: float, detector: float) -> ScatteredBrdf:
+        """A copy that knows through which apertures it was measured.
+
+        They are half the angles of the cones of source and detector, in degrees. Raises ValueError
+        if one is not from 0 to less than 90.
+        """
+        degrees = np.array([source, detector], np.float64)
+        if not ((degrees >= 0.0) & (degrees < 90.0)).all():
+            raise ValueError(f"expected 0 to less than 90 degrees, got {source:g} and {detector:g}")
+        apertures = np.tile(np.radians(degrees), (len(self.samples), 1)) if degrees.any() else None
+        return self._with(replace(self.samples, apertures=apertures))
 
     def in_bands(self, bands: Sequence[float] | str) -> Brdf:
         if self.spectra is None or self.wavelengths is None:
@@ -142,8 +182,14 @@ class ScatteredBrdf(LobeSampledBrdf):
             rgb, channels = chosen_channels(self.spectra, self.wavelengths, bands)
         except ValueError as error:
             raise NacreError(f"{self.name or 'this material'}: {error}") from error
-        samples = replace(self.samples, rgb=rgb)
-        return self.replaced(samples=samples, channels=channels)
+        return self._with(replace(self.samples, rgb=rgb)).replaced(channels=channels)
+
+    def _with(self, samples: DirectionSamples) -> ScatteredBrdf:
+        """A copy with other values at the same directions."""
+        made = self.replaced(samples=samples)
+        for name in ("_sharp", "_sharp_spectra", "_logs", "_spectral_logs"):
+            vars(made).pop(name, None)
+        return made
 
     def nearest(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.int64]:
         """Index of the nearest sample to each pair of directions, shape (n,) for (n, 3)."""
@@ -161,10 +207,10 @@ class ScatteredBrdf(LobeSampledBrdf):
         return f[..., 0], f[..., 1], f[..., 2]
 
     def eval_bands(self, wi: Floats, wo: Floats) -> Floats:
-        if self.spectra is None:
+        if self._spectral_logs is None:
             return super().eval_bands(wi, wo)
         near = self._tree.near(split(wi), split(wo), NEIGHBORS)
-        return interpolate(near, logarithms(self.spectra))
+        return interpolate(near, self._spectral_logs)
 
     def valid_components(self, wi: Components, wo: Components) -> Array:
         given, shape, _ = self._numbers(wi, wo)
@@ -175,6 +221,9 @@ class ScatteredBrdf(LobeSampledBrdf):
         light, view = (math.degrees(math.acos(w[:, 2].min())) for w in (samples.wi, samples.wo))
         facts = {
             "samples": len(samples),
+            "source aperture": self._aperture(0),
+            "detector aperture": self._aperture(1),
+            "uncertainty": self._uncertainty(),
             "mirrored": self.mirrored,
             "interpolation": f"moving least squares of log f_r, {NEIGHBORS} neighbors",
             "steepest light": f"{light:.1f} degrees",
@@ -183,7 +232,26 @@ class ScatteredBrdf(LobeSampledBrdf):
             "bands": None if bands is None else len(bands),
             "wavelengths nm": None if bands is None else [float(bands[0]), float(bands[-1])],
         }
-        return super().describe() | facts | self._facts
+        found = {name: value for name, value in facts.items() if value is not None}
+        return super().describe() | found | self._facts
+
+    def _aperture(self, side: int) -> str | None:
+        """Half the angle of the cone of the source or the detector, in words."""
+        if self.samples.apertures is None:
+            return None
+        low, high = np.degrees([f(self.samples.apertures[:, side]) for f in (np.min, np.max)])
+        angle = f"{high:.3g}" if high - low < 1e-6 else f"{low:.3g} to {high:.3g}"
+        return f"{angle} degrees, half the angle of its cone"
+
+    def _uncertainty(self) -> str | None:
+        """The standard deviation of the noise relative to f_r, in words."""
+        if self.samples.sigma is None:
+            return None
+        level = np.maximum(self.samples.rgb, 0.0).mean(axis=1)
+        low, middle, high = np.quantile(
+            self.samples.sigma / np.maximum(level, 1e-9), (0.1, 0.5, 0.9)
+        )
+        return f"{middle:.2%} in the median, {low:.2%} to {high:.2%} for 80 %, standard deviations"
 
     def _near(
         self, wi: Components, wo: Components, count: int
@@ -213,8 +281,31 @@ class ScatteredBrdf(LobeSampledBrdf):
         return SampleTree(wi, wo, self.isotropic, self.mirrored)
 
     @cached_property
+    def _sharp(self) -> DirectionSamples:
+        """The samples, without apertures."""
+        samples = self.samples
+        if samples.apertures is None:
+            return samples
+        rgb = sharpened(self._tree, samples, samples.rgb)
+        sigma = samples.sigma
+        if sigma is not None:
+            before, after = (np.maximum(a, 0.0).mean(axis=1) for a in (samples.rgb, rgb))
+            sigma = sigma * np.divide(after, before, out=np.ones_like(after), where=before > 0.0)
+        return DirectionSamples(samples.wi, samples.wo, rgb, sigma)
+
+    @cached_property
+    def _sharp_spectra(self) -> Floats | None:
+        if self.spectra is None or self.samples.apertures is None:
+            return self.spectra
+        return sharpened(self._tree, self.samples, self.spectra)
+
+    @cached_property
     def _logs(self) -> Floats:
-        return logarithms(self.samples.rgb)
+        return logarithms(self._sharp.rgb)
+
+    @cached_property
+    def _spectral_logs(self) -> Floats | None:
+        return None if self._sharp_spectra is None else logarithms(self._sharp_spectra)
 
 
 def tabulate(brdf: Brdf) -> ScatteredBrdf:

@@ -8,12 +8,15 @@ The loss differs from that of tables, |log(1 + f cos) - log(1 + f' cos)|, in its
 takes the place of the cosine. Above 1 / k it is relative error, so dark colors count; and the
 horizon counts like any other direction, where a cosine of 0 would leave it free.
 
+Where the noise of samples is known, those with less of it are repeated more often.
+
 Held-out samples are the scan's own; they are neither trained on nor interpolated from.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -30,6 +33,8 @@ from nacre.numerics.mlp import Layer
 SCATTERED_SAMPLES = 320_000  # training samples, augmentation included
 OWN_FRACTION = 0.5  # fraction of the training samples that are the scan's own, repeated
 WEIGHT = 100.0  # k in sr: differences below 1 / k hardly matter
+LEAST_DEVIATION = 0.02
+"""Deviation of the logarithm in the loss below which less noise makes no sample count more."""
 MIN_SAMPLES = 10  # samples that a scan must have
 MIN_VALUE = 1e-3  # the least that measured values (1/sr) count as when errors are relative
 
@@ -53,10 +58,8 @@ def scattered_samples(
         raise NacreError(f"{scan.name or 'scan'}: {few}; measure at least {MIN_SAMPLES}")
     kept, held = hold_out(len(scan.samples), held_out, seed)
     part = scan.subset(kept)
-    own = _with_mirrored(part.samples, scan.mirrored)
-    repeats = max(1, round(OWN_FRACTION * count / len(own)))
-    rest = augmentation(part, max(0, count - repeats * len(own)), seed, progress)
-    own = own[np.tile(np.arange(len(own)), repeats)]
+    own = _repeated(_with_mirrored(part.samples, scan.mirrored), OWN_FRACTION * count, seed)
+    rest = augmentation(part, max(0, count - len(own)), seed, progress)
     # Blocks of samples train together: they should not be all of one kind.
     order = np.random.default_rng((seed, 4)).permutation(len(own) + len(rest))
     validation = _with_mirrored(scan.samples[held], scan.mirrored)
@@ -130,10 +133,29 @@ def relative_errors(predicted: Floats, measured: Floats) -> tuple[float, float]:
     return float(np.median(relative)), float(relative.mean())
 
 
+def _repeated(samples: DirectionSamples, count: float, seed: int) -> DirectionSamples:
+    """The samples several times each, about `count` in all.
+
+    With known noise, how often goes by the inverse of the deviation of the logarithm in the loss,
+    as its absolute value asks for.
+    """
+    repeats = max(1, round(count / len(samples)))
+    every = np.arange(repeats * len(samples))
+    if samples.sigma is None:
+        return samples[every % len(samples)]
+    level = np.maximum(samples.rgb, 0.0).mean(axis=1)
+    deviation = WEIGHT * samples.sigma / (1.0 + WEIGHT * level)
+    shares = 1.0 / np.hypot(deviation, LEAST_DEVIATION)
+    ends = np.cumsum(shares) / shares.sum() * len(every)
+    first = np.random.default_rng((seed, 9)).random()
+    return samples[np.minimum(np.searchsorted(ends, first + every), len(samples) - 1)]
+
+
 def _with_mirrored(samples: DirectionSamples, mirrored: bool) -> DirectionSamples:
     """The samples, with their mirror images in a plane with the normal if that changes nothing."""
     if not mirrored:
         return samples
     flip = np.array([1.0, -1.0, 1.0])
+    twice = samples[np.tile(np.arange(len(samples)), 2)]
     wi, wo = (np.concatenate([w, w * flip]) for w in (samples.wi, samples.wo))
-    return DirectionSamples(wi, wo, np.tile(samples.rgb, (2, 1)))
+    return replace(twice, wi=wi, wo=wo)

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import ColorList, Colors, Scalars, VectorList
+from nacre.array import ColorList, Colors, Doubles, Scalars, VectorList
 
 
 @dataclass(frozen=True)
@@ -17,12 +17,15 @@ class DirectionSamples:
 
     f_r is in 1/sr, linear Rec. 709 RGB; a negative channel is a color outside the gamut. `sigma` is
     the standard deviation of its noise in every channel, shape (n,), where that is known.
+    `apertures` are half the angles of the cones of light and viewer over which f_r is the mean, in
+    radians, shape (n, 2), where these are known; see :mod:`nacre.sampling.apertures`.
     """
 
     wi: VectorList
     wo: VectorList
     rgb: ColorList
     sigma: Scalars | None = None
+    apertures: Doubles | None = None
 
     @property
     def cosine(self) -> Scalars:
@@ -33,8 +36,11 @@ class DirectionSamples:
 
     def __getitem__(self, chosen: npt.NDArray[Any]) -> DirectionSamples:
         """The samples at an array of indices or where a mask is true."""
-        sigma = None if self.sigma is None else self.sigma[chosen]
-        return DirectionSamples(self.wi[chosen], self.wo[chosen], self.rgb[chosen], sigma)
+        sigma, apertures = (
+            None if part is None else part[chosen] for part in (self.sigma, self.apertures)
+        )
+        arrays = self.wi[chosen], self.wo[chosen], self.rgb[chosen]
+        return DirectionSamples(*arrays, sigma, apertures)
 
 
 class Scattered(Protocol):
