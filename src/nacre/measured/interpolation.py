@@ -94,6 +94,11 @@ class SampleTree:
         return cKDTree(self._tree.data * self._scale)
 
 
+def values_of(logs: Floats) -> Floats:
+    """f_r in 1/sr whose :func:`logarithms` these are."""
+    return np.asarray(_FLOOR * np.expm1(logs), np.float64)
+
+
 def logarithms(f: Floats) -> Floats:
     """What is interpolated in place of f_r in 1/sr; negative values count as 0."""
     return np.log1p(np.maximum(f, 0.0) / _FLOOR)
@@ -105,15 +110,18 @@ def interpolate(near: Neighbours, logs: Floats) -> Floats:
     It is kept within the range of these neighbors. `logs` are the :func:`logarithms` of all
     samples, shape (samples, channels).
     """
-    return weighted(near.sample, shares(near), logs)
+    return values_of(on_plane(near.sample, shares(near), logs))
 
 
-def weighted(sample: npt.NDArray[np.integer[Any]], parts: Floats, logs: Floats) -> Floats:
-    """:func:`interpolate` for neighbors by their indices and :func:`shares`, shapes (n, k)."""
-    values = logs[sample]
-    level = np.einsum("nk,nkc->nc", parts, values)
-    level = np.clip(level, values.min(axis=1), values.max(axis=1))
-    return np.asarray(_FLOOR * np.expm1(level), np.float64)
+def on_plane(sample: npt.NDArray[np.integer[Any]], share: Floats, values: Floats) -> Floats:
+    """Values (n, channels) on planes through neighbors, by their indices and :func:`shares`.
+
+    Those have shapes (n, k); the result is kept within the range of the neighbors. `values` are
+    those of all samples.
+    """
+    near = values[sample]
+    level = np.einsum("nk,nkc->nc", share, near)
+    return np.asarray(np.clip(level, near.min(axis=1), near.max(axis=1)))
 
 
 def shares(near: Neighbours) -> Floats:

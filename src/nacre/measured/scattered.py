@@ -221,8 +221,8 @@ class ScatteredBrdf(LobeSampledBrdf):
         light, view = (math.degrees(math.acos(w[:, 2].min())) for w in (samples.wi, samples.wo))
         facts = {
             "samples": len(samples),
-            "source aperture": self._aperture(0),
-            "detector aperture": self._aperture(1),
+            "source half-angle": self._half_angle(0),
+            "detector half-angle": self._half_angle(1),
             "uncertainty": self._uncertainty(),
             "mirrored": self.mirrored,
             "interpolation": f"moving least squares of log f_r, {NEIGHBORS} neighbors",
@@ -235,13 +235,13 @@ class ScatteredBrdf(LobeSampledBrdf):
         found = {name: value for name, value in facts.items() if value is not None}
         return super().describe() | found | self._facts
 
-    def _aperture(self, side: int) -> str | None:
-        """Half the angle of the cone of the source or the detector, in words."""
+    def _half_angle(self, side: int) -> str | None:
+        """Of the cone of the source or the detector, in words."""
         if self.samples.apertures is None:
             return None
         low, high = np.degrees([f(self.samples.apertures[:, side]) for f in (np.min, np.max)])
         angle = f"{high:.3g}" if high - low < 1e-6 else f"{low:.3g} to {high:.3g}"
-        return f"{angle} degrees, half the angle of its cone"
+        return f"{angle} degrees"
 
     def _uncertainty(self) -> str | None:
         """The standard deviation of the noise relative to f_r, in words."""
