@@ -139,7 +139,13 @@ def main() -> None:
             shown = [{r[:2]: r[2] for r in compare(truth, f).rows()} for f in fits]
             psnr = [figures["directional", "PSNR (dB)"] for figures in shown]
             rows.append(
-                (truth.name, f"{noise:.0%}", *(f"{e:.3f}" for e in errors), *(f"{h:.2f}" for h in heights), *(f"{p:.1f}" for p in psnr))
+                (
+                    truth.name,
+                    f"{noise:.0%}",
+                    *(f"{e:.3f}" for e in errors),
+                    *(f"{h:.2f}" for h in heights),
+                    *(f"{p:.1f}" for p in psnr),
+                )
             )
             log(*rows[-1])
     study.table(COLUMNS, rows)

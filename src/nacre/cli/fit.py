@@ -57,6 +57,8 @@ from nacre.errors import FormatError
     option("--prior/--no-prior", applies="network", default=True),
     "Use what other materials are like for up to 200 samples, and store the uncertainty.",
     options.scale_option(applies="network"),
+    option("--intervals", applies="network", is_flag=True),
+    "Also store what the uncertainties of a scan mean for f_r.",
     option(
         "--samples",
         IntRange(1000, 100_000_000),

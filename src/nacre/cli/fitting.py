@@ -167,7 +167,7 @@ def _fitting(chosen: Mapping[str, Any], ending: str = "") -> Fitting:
     if chosen["epochs"] is not None:
         settings["epochs"] = chosen["epochs"]
     recipe = Recipe.preset(chosen["preset"], size=chosen["max_bytes"], **settings)
-    few: dict[str, Any] = {name: chosen[name] for name in ("prior", "free_scale")}
+    few: dict[str, Any] = {name: chosen[name] for name in ("prior", "free_scale", "intervals")}
     if few["free_scale"] and not few["prior"]:
         raise click.UsageError("--free-scale needs the prior; leave out --no-prior")
     return NetworkFitting(recipe, chosen["device"], **given, **few)

@@ -19,7 +19,7 @@ from nacre.figures.lobes import Lobe, lobe
 from nacre.figures.page import DPI, FAINT, INK, RULE, Page
 from nacre.geometry import from_spherical, join
 from nacre.io.files import PathLike, atomic_path
-from nacre.latent.estimates import plausible
+from nacre.latent.estimates import plausible, unexplained
 from nacre.latent.intervals import reflectance_interval
 
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -209,11 +209,13 @@ def _bands(brdf: Brdf, lobes: Sequence[Lobe]) -> list[tuple[Lobe, Lobe]]:
     others = plausible(brdf)
     if not others:
         return []
-    found = []
+    found, own = [], unexplained(brdf)
     for item in lobes:
         wi = join(from_spherical(item.incidence, item.azimuth + math.pi))
         wo = join(from_spherical(item.theta, item.azimuth))
-        low, high = (replace(item, rgb=end) for end in reflectance_interval(others, wi, wo))
+        low, high = (
+            replace(item, rgb=end) for end in reflectance_interval(others, wi, wo, unexplained=own)
+        )
         found.append((low, high))
     return found
 

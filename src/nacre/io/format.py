@@ -51,6 +51,8 @@ class Format:
     keeps_bands: Callable[[Any, Path, bool], bool] = lambda brdf, path, anew: False
     """Whether `save` keeps the spectra of a reflectance that has some, rather than their color, in
     a file of a name; the last argument is whether a resolution is given."""
+    keeps_uncertainty: bool = False
+    """Whether `save` keeps the standard uncertainties of scattered samples."""
     materials: Callable[[Path], Sequence[str]] | None = None
     """Names of the materials in a file, "" for those without one, for a format whose files hold
     several; raises :class:`nacre.FormatError`. `load` then takes a second argument, what a user

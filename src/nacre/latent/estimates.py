@@ -1,8 +1,9 @@
-"""Materials known from few samples or photographs: what to expect, and what is as plausible."""
+"""Materials known with some uncertainty: what to expect, and what is as plausible."""
 
 from __future__ import annotations
 
 import base64
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,9 +17,11 @@ from nacre.errors import FormatError
 from nacre.latent.basis import CodedBrdf, LatentBasis
 from nacre.latent.file import pretrained_basis
 from nacre.latent.intervals import interval, reflectance_interval
-from nacre.latent.posterior import Posterior
+from nacre.latent.posterior import UNEXPLAINED, Posterior
 from nacre.measured.scattered import ScatteredBrdf
-from nacre.neural import NeuralBrdf
+from nacre.neural import NeuralBrdf, ensemble
+from nacre.numerics.direction_samples import Scattered
+from nacre.runtime.progress import Progress
 from nacre.sampling.lit_views import lit_views
 
 FEW = 200
@@ -90,9 +93,32 @@ def plausible_codes(found: Posterior) -> npt.NDArray[np.float16]:
     return found.draw(COUNT).astype(_STORED)
 
 
-def plausible(material: Brdf, basis: LatentBasis | None = None) -> list[CodedBrdf]:
-    """Materials that are as plausible as a network that was fitted to few samples; none for any
-    other material.
+def kept_networks(fitted: NeuralBrdf, scan: Scattered, progress: Progress) -> NeuralBrdf:
+    """A network that was fitted to a scan, with those that its noise leaves as plausible.
+
+    Raises NacreError as :func:`nacre.neural.ensemble.plausible`.
+    """
+    others = ensemble.plausible(fitted, scan, progress)
+    kept = {
+        "samples": len(scan.samples),
+        "networks": ensemble.stored(fitted, others),
+        "unexplained": ensemble.unexplained(fitted, scan.samples),
+    }
+    return fitted.replaced(metadata={**fitted.metadata, _KEY: kept})
+
+
+def unexplained(material: Brdf) -> float:
+    """Standard deviation of ln f_r that none of the :func:`plausible` materials explains."""
+    kept = material.metadata.get(_KEY, {}) if isinstance(material, NeuralBrdf) else {}
+    found = kept.get("unexplained", UNEXPLAINED)
+    if not isinstance(found, int | float) or not 0.0 <= found < math.inf:
+        raise FormatError(f"{material.name or 'network'}: plausible materials: cannot be read")
+    return float(found)
+
+
+def plausible(material: Brdf, basis: LatentBasis | None = None) -> list[Brdf]:
+    """Materials that are as plausible as a network that was fitted to few samples, or to a scan
+    with intervals; none for any other material.
 
     `basis` is the one that the estimate was made in, the included one where None. Raises
     FormatError if it was another basis, or what is kept is damaged.
@@ -100,8 +126,13 @@ def plausible(material: Brdf, basis: LatentBasis | None = None) -> list[CodedBrd
     kept = material.metadata.get(_KEY) if isinstance(material, NeuralBrdf) else None
     if kept is None:
         return []
-    basis = basis or pretrained_basis()
     name = material.name or "network"
+    if "networks" in kept:
+        try:
+            return list(ensemble.restored(material, kept["networks"]))
+        except (TypeError, ValueError) as error:
+            raise FormatError(f"{name}: plausible materials: cannot be read: {error}") from error
+    basis = basis or pretrained_basis()
     try:
         stored = np.frombuffer(base64.b64decode(kept["codes"], validate=True), _STORED)
         codes = stored.reshape(-1, basis.code_dim).astype(np.float64)
@@ -116,7 +147,7 @@ def plausible(material: Brdf, basis: LatentBasis | None = None) -> list[CodedBrd
         raise FormatError(f"{name}: plausible materials: {error}") from error
 
 
-def albedo_interval(materials: Sequence[CodedBrdf]) -> tuple[Doubles, Doubles]:
+def albedo_interval(materials: Sequence[Brdf]) -> tuple[Doubles, Doubles]:
     """Ends (3,) of the 90 % interval of the albedo for light along the normal, linear RGB."""
     lit = lit_views(0, [0.0], directions=512, lights=1)
     pairs = lit.wi.reshape(-1, 3), lit.wo.reshape(-1, 3)
@@ -132,7 +163,7 @@ def facts(material: Brdf) -> dict[str, Any]:
     assert isinstance(material, NeuralBrdf)
     kept = material.metadata[_KEY]
     counts = {name: kept[name] for name in OBSERVED if name in kept}
-    return _facts(others, counts, kept.get("scale"))
+    return _facts(others, counts, kept.get("scale"), unexplained(material))
 
 
 def in_words(known: Mapping[str, Any]) -> str:
@@ -146,11 +177,14 @@ def in_words(known: Mapping[str, Any]) -> str:
 
 
 def _facts(
-    others: Sequence[CodedBrdf], counts: Mapping[str, int], scale: float | None
+    others: Sequence[Brdf],
+    counts: Mapping[str, int],
+    scale: float | None,
+    unexplained: float = UNEXPLAINED,
 ) -> dict[str, Any]:
     lit = lit_views(0, directions=16)
     pairs = lit.wi.reshape(-1, 3), lit.wo.reshape(-1, 3)
-    low, high = reflectance_interval(others, *pairs)
+    low, high = reflectance_interval(others, *pairs, unexplained=unexplained)
     seen = low > 0.0
     darkest, brightest = albedo_interval(others)
     found: dict[str, Any] = {f"known from {name}": count for name, count in counts.items()}

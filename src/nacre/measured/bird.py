@@ -408,4 +408,5 @@ FORMAT = Format(
     load,
     save,
     keeps_bands=lambda *_: True,
+    keeps_uncertainty=True,
 )

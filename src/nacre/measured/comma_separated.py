@@ -283,6 +283,7 @@ FORMAT = Format(
     load,
     save,
     keeps_bands=lambda brdf, path, anew: True,
+    keeps_uncertainty=True,
     claims=lambda path: _recognize(recognized_head(path)),
 )
 ASTM = Format("ASTM E1392 samples", (".astm",), None, load)

@@ -173,7 +173,7 @@ class ScatteredBrdf(LobeSampledBrdf):
         if not ((degrees >= 0.0) & (degrees < 90.0)).all():
             raise ValueError(f"expected 0 to less than 90 degrees, got {source:g} and {detector:g}")
         apertures = np.tile(np.radians(degrees), (len(self.samples), 1)) if degrees.any() else None
-        return self._with(replace(self.samples, apertures=apertures))
+        return self.with_samples(replace(self.samples, apertures=apertures))
 
     def in_bands(self, bands: Sequence[float] | str) -> Brdf:
         if self.spectra is None or self.wavelengths is None:
@@ -182,10 +182,10 @@ class ScatteredBrdf(LobeSampledBrdf):
             rgb, channels = chosen_channels(self.spectra, self.wavelengths, bands)
         except ValueError as error:
             raise NacreError(f"{self.name or 'this material'}: {error}") from error
-        return self._with(replace(self.samples, rgb=rgb)).replaced(channels=channels)
+        return self.with_samples(replace(self.samples, rgb=rgb)).replaced(channels=channels)
 
-    def _with(self, samples: DirectionSamples) -> ScatteredBrdf:
-        """A copy with other values at the same directions."""
+    def with_samples(self, samples: DirectionSamples) -> ScatteredBrdf:
+        """A copy with other values at the same directions; spectra stay as they are."""
         made = self.replaced(samples=samples)
         for name in ("_sharp", "_sharp_spectra", "_logs", "_spectral_logs"):
             vars(made).pop(name, None)

@@ -58,6 +58,9 @@ class Scattered(Protocol):
     def subset(self, chosen: npt.NDArray[Any]) -> Scattered:
         """The same kind of reflectance from the samples at an array of indices only."""
 
+    def with_samples(self, samples: DirectionSamples) -> Scattered:
+        """The same with other values at the same directions."""
+
     def nearest(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.int64]:
         """Index of the nearest sample to each pair of directions, shape (n,) for (n, 3)."""
 

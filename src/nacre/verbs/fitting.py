@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _NETWORK = "nbrdf"
 _RECIPE = frozenset(field.name for field in fields(Recipe)) - {"size"}
 _ANALYTIC = frozenset({"samples", "gain", "seed"})
-_NETWORK_ONLY = ("preset", "max_bytes", "prior", "free_scale", "device")
+_NETWORK_ONLY = ("preset", "max_bytes", "prior", "free_scale", "intervals", "device")
 _TEXTURE_ONLY = ("codec", "directions", "pixels", "texels_per_block")
 
 
@@ -34,6 +34,7 @@ def fit(
     max_bytes: int | None = None,
     prior: bool | None = None,
     free_scale: bool | None = None,
+    intervals: bool | None = None,
     device: str | None = None,
     codec: PathLike | None = None,
     directions: PathLike | None = None,
@@ -63,6 +64,8 @@ def fit(
         result is; by default true.
     free_scale
         Also find one factor that scales all of up to 200 samples.
+    intervals
+        For a scan with uncertainties, also store what they mean for f_r.
     device
         PyTorch device, such as "cuda", in place of the compiled CPU kernel.
     codec
@@ -107,7 +110,7 @@ def fit(
         _refuse_library(path)
     found = opened(material, directions=directions, quantity=pixels)
     network = {"preset": preset, "max_bytes": max_bytes, "prior": prior, "free_scale": free_scale}
-    network |= {"device": device}
+    network |= {"intervals": intervals, "device": device}
     texture = {"codec": codec, "texels_per_block": texels_per_block}
     if isinstance(found, Btf):
         _refuse({"recipe": recipe, "model": model, **network}, f"{found.name} is a texture")
@@ -139,7 +142,11 @@ def _network(
         if recipe is not None and given["preset"] is not None:
             raise TypeError("fit() takes one preset; leave one out")
         chosen = Recipe.preset(_preset(recipe or given["preset"] or "standard"), **settings)
-    kept = {name: given[name] for name in ("prior", "free_scale") if given[name] is not None}
+    kept = {
+        name: given[name]
+        for name in ("prior", "free_scale", "intervals")
+        if given[name] is not None
+    }
     return NetworkFitting(chosen, given["device"], **kept).fit(brdf, progress)
 
 

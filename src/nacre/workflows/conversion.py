@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,9 @@ from nacre.btf import Btf
 from nacre.errors import FormatError, MissingExtraError
 from nacre.formats import check_target, load_brdf, loses_bands, save, target, writer
 from nacre.io.files import PathLike
+from nacre.latent.estimates import plausible, unexplained
+from nacre.latent.intervals import DEVIATION, reflectance_interval
+from nacre.measured.scattered import tabulate
 from nacre.metrics.metrics import angular_errors
 from nacre.runtime.progress import Progress, silent
 from nacre.workflows.physical import Change, write_physical
@@ -66,8 +69,22 @@ def convert_brdf(
     )
     if physical:
         return Converted(output, None, write_physical(brdf, output, write), lost)
-    write(brdf, output)
+    write(_with_uncertainty(brdf, output), output)
     return Converted(output, _table_error(brdf, output), None, lost)
+
+
+def _with_uncertainty(brdf: Brdf, output: Path) -> Brdf:
+    """Samples with standard uncertainties, for files of samples, where plausible materials tell
+    them; else the material as it is.
+    """
+    others = plausible(brdf)
+    if not others or not target(output).keeps_uncertainty:
+        return brdf
+    scan = tabulate(brdf)
+    pair = scan.samples.wi, scan.samples.wo
+    low, high = reflectance_interval(others, *pair, DEVIATION, unexplained=unexplained(brdf))
+    sigma = 0.5 * (high - low).mean(axis=1)
+    return scan.with_samples(replace(scan.samples, sigma=sigma))
 
 
 def checked_writer(output: Path, resolution: Sequence[int] | None, physical: bool) -> Any:

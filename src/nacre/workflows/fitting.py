@@ -119,6 +119,9 @@ class NetworkFitting(Fitting):
         Use what other materials are like for few samples; see :mod:`nacre.latent.estimates`.
     free_scale
         Also find one factor that scales all of few samples.
+    intervals
+        Also keep networks that the noise of a scan leaves as plausible; see
+        :mod:`nacre.neural.ensemble`.
     """
 
     holds: ClassVar[str] = "neural"
@@ -127,6 +130,7 @@ class NetworkFitting(Fitting):
     ending: str = ".safetensors"
     prior: bool = True
     free_scale: bool = False
+    intervals: bool = False
 
     def __post_init__(self) -> None:
         if self._keras and self.recipe.inputs is None and not self.recipe.physical:
@@ -134,7 +138,7 @@ class NetworkFitting(Fitting):
 
     @property
     def settings(self) -> Mapping[str, Any]:
-        few = {"prior": self.prior, "free_scale": self.free_scale}
+        few = {"prior": self.prior, "free_scale": self.free_scale, "intervals": self.intervals}
         few = {name: value for name, value in few.items() if value != (name == "prior")}
         return {"model": "nbrdf", "device": self.device, **asdict(self.recipe), **few}
 
@@ -147,7 +151,16 @@ class NetworkFitting(Fitting):
         few = self.estimate(brdf)
         seen = few.material if few else brdf
         fitted = neural.fit(seen, self.recipe, device=self.device, progress=progress)
-        return few.kept_by(fitted) if few else fitted
+        if few:
+            return few.kept_by(fitted)
+        return self._with_intervals(brdf, fitted, progress) if self.intervals else fitted
+
+    def _with_intervals(self, brdf: Brdf, fitted: NeuralBrdf, progress: Progress) -> NeuralBrdf:
+        scan = brdf.scattered()
+        if scan is None:
+            name = brdf.name or "this material"
+            raise NacreError(f"{name}: intervals are for scans with uncertainties; leave them out")
+        return estimates.kept_networks(fitted, scan, progress)
 
     def estimate(self, brdf: Brdf) -> estimates.Estimate | None:
         """What to fit instead of a material known from few samples; else None."""
