@@ -123,9 +123,9 @@ def plausible(material: Brdf, basis: LatentBasis | None = None) -> list[Brdf]:
     `basis` is the one that the estimate was made in, the included one where None. Raises
     FormatError if it was another basis, or what is kept is damaged.
     """
-    kept = material.metadata.get(_KEY) if isinstance(material, NeuralBrdf) else None
-    if kept is None:
+    if not isinstance(material, NeuralBrdf) or _KEY not in material.metadata:
         return []
+    kept = material.metadata[_KEY]
     name = material.name or "network"
     if "networks" in kept:
         try:

@@ -50,9 +50,9 @@ def reflectance_interval(
     truth should lie with a frequency of `fraction`.
 
     Where the `plausible` materials, one or more, leave ln f_r uncertain, what none of them explains
-    adds to it, with the standard deviation `unexplained`. In integrals over directions, as an albedo or a picture, that averages out:
-    :func:`interval` is enough there. Directions, shapes (..., 3), broadcast; the ends are 0 where
-    one is at or below the horizon.
+    adds to it, with the standard deviation `unexplained`. In integrals over directions, as an
+    albedo or a picture, that averages out: :func:`interval` is enough there. Directions, shapes
+    (..., 3), broadcast; the ends are 0 where one is at or below the horizon.
     """
     from scipy.special import ndtri
 

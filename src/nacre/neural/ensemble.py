@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import base64
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import chain
 from typing import Any
@@ -29,7 +30,8 @@ from nacre.runtime.progress import Progress, silent
 
 COUNT = 16
 
-_SETTINGS = {"epochs": 30, "samples": 40_000, "learning_rate": 5e-3, "starts": 1}
+_SAMPLES = 40_000
+_SETTINGS: dict[str, Any] = {"epochs": 30, "learning_rate": 5e-3, "starts": 1}
 """Of the training that goes on from the network."""
 _STORED = np.dtype("<f2")
 _COMMON = 0.3
@@ -39,12 +41,12 @@ _MEDIAN = 0.6745  # median of the size of a normal number with a standard deviat
 
 
 def plausible(
-    network: NeuralBrdf, scan: Scattered, progress: Progress = silent, count: int = COUNT
+    network: NeuralBrdf, scan: Scattered, progress: Progress = silent
 ) -> list[NeuralBrdf]:
     """Networks as plausible as one that was fitted to a scan.
 
-    The noise of a sample is the same in all channels, the factor the same for all samples. Raises NacreError if the noise is not known,
-    or the network was not fitted to scattered samples.
+    The noise of a sample is the same in all channels, the factor the same for all samples. Raises
+    NacreError if the noise is not known.
     """
     settings = network.metadata.get("fit", {})
     sigma, common = scan.samples.sigma, _COMMON * unexplained(network, scan.samples)
@@ -63,16 +65,16 @@ def plausible(
         rgb = factor * (scan.samples.rgb + noise[:, None])
         noisy = scan.with_samples(replace(scan.samples, rgb=rgb))
         split = recipe.held_out, recipe.seed
-        training, _ = scattered_samples(noisy, recipe.samples, *split, inputs=network.inputs)
+        training, _ = scattered_samples(noisy, _SAMPLES, *split, inputs=network.inputs)
         trainer = KernelTrainer(layers, batch, network.activation)
         for _ in epochs(trainer, training, replace(recipe, batch=batch)):
             pass
         return network.with_layers(clamped(trainer.layers(), highest(noisy, *split)))
 
     found = []
-    for other in thread_map(moved, range(count)):
+    for other in thread_map(moved, range(COUNT)):
         found.append(other)
-        progress("intervals", len(found), count, "")
+        progress("intervals", len(found), COUNT, "")
     return found
 
 
@@ -103,7 +105,7 @@ def restored(network: NeuralBrdf, text: str) -> list[NeuralBrdf]:
     return [network.with_layers(_layers(own + other, network)) for other in moved]
 
 
-def _flat(layers: tuple[Layer, ...]) -> np.ndarray[Any, np.dtype[np.float32]]:
+def _flat(layers: Sequence[Layer]) -> np.ndarray[Any, np.dtype[np.float32]]:
     return np.concatenate([np.ravel(array) for array in chain(*layers)]).astype(np.float32)
 
 
