@@ -13,30 +13,31 @@ import numpy as np
 
 from nacre.array import Doubles
 from nacre.instruments.apertures import turned
-from nacre.instruments.quadrature import circle, graded, on_interval
+from nacre.instruments.quadrature import FINEST, circle, graded, on_interval
 
 _AROUND = 64  # azimuths
 _EDGE = 1e-3  # width in radians of the panel beside the last half vectors above the horizon
 
 
-def hemisphere(fixed: Doubles) -> tuple[Doubles, Doubles]:
+def hemisphere(fixed: Doubles, finest: float = FINEST) -> tuple[Doubles, Doubles]:
     """All directions of the upper hemisphere, (n, 3), as reflections of a `fixed` one, (3,).
 
     The weights are solid angles in sr, (n,). The nodes are dense where a smooth surface mirrors the
-    fixed direction, which must be above the horizon.
+    fixed direction, which must be above the horizon; `finest` is the width of the panels there, in
+    radians.
     """
     polar = math.acos(min(1.0, float(fixed[2])))
     azimuth = math.atan2(float(fixed[1]), float(fixed[0]))
     sine, cosine = math.sin(polar), math.cos(polar)
     # Up to `whole`, all half vectors reflect to above the horizon; up to `last`, some do.
     whole, last = 0.25 * math.pi - 0.5 * polar, 0.25 * math.pi + 0.5 * polar
-    theta, widths = graded(0.0, whole, 0.0)
+    theta, widths = graded(0.0, whole, 0.0, finest)
     phi, step = circle(_AROUND)
     parts = [_grid(theta, widths, np.tile(phi, (len(theta), 1)), np.full((len(theta), 1), step))]
     if last > whole:
         # The range of azimuths starts and ends with roots; the tail of a lobe goes on from `whole`.
         middle = 0.5 * (whole + last)
-        halves = graded(whole, middle, whole), graded(middle, last, last, _EDGE)
+        halves = graded(whole, middle, whole, finest), graded(middle, last, last, _EDGE)
         outer, steps = (np.concatenate(part) for part in zip(*halves, strict=True))
         limit = (0.5 / np.cos(outer) - np.cos(outer)) * cosine / (np.sin(outer) * sine)
         most = np.arccos(np.clip(limit, -1.0, 1.0))
