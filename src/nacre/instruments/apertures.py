@@ -14,7 +14,7 @@ import numpy as np
 
 from nacre.array import Doubles
 from nacre.geometry import join, rotate, split
-from nacre.instruments.quadrature import FINEST, circle, graded, on_interval
+from nacre.instruments.quadrature import EXACT, Rule, circle, graded, on_interval
 
 
 def frame(polar: float) -> Doubles:
@@ -57,14 +57,11 @@ class Rectangle:
             *(on_interval(-h, h, n) for h, n in zip(self.edges, counts, strict=True))
         )
 
-    def around(self, peak: Doubles, finest: float = FINEST) -> tuple[Doubles, Doubles]:
-        """Directions and weights for functions that may be sharp at a direction, (3,).
-
-        `finest` is the width of the panels there, in radians.
-        """
+    def around(self, peak: Doubles, rule: Rule = EXACT) -> tuple[Doubles, Doubles]:
+        """Directions and weights for functions that may be sharp at a direction, (3,)."""
         place = self.place(peak)
         edges = zip(self.edges, place, strict=True)
-        return self._product(*(graded(-h, h, p, finest) for h, p in edges))
+        return self._product(*(graded(-h, h, p, rule.finest) for h, p in edges))
 
     def place(self, direction: Doubles) -> tuple[float, float]:
         """Where light from a direction, (3,), meets the focal plane, in focal lengths."""

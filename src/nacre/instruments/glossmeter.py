@@ -17,7 +17,7 @@ from nacre.instruments.apertures import Rectangle, mirrored
 from nacre.instruments.mirror import BLACK_GLASS, Mirror
 from nacre.instruments.observing import Signal, Specimen
 from nacre.instruments.pairs import Pairs
-from nacre.instruments.quadrature import FINEST
+from nacre.instruments.quadrature import EXACT, Rule
 
 ANGLES = (20.0, 60.0, 85.0)
 """Angles of incidence in degrees."""
@@ -105,14 +105,12 @@ def flux(specimen: Specimen, angle: float, receptors: Sequence[Rectangle]) -> Si
     return Signal(signal.channels + float(part @ inside), signal.known)
 
 
-def flux_pairs(angle: float, receptors: Sequence[Rectangle], finest: float = FINEST) -> Pairs:
-    """The pairs behind :func:`flux`; `finest` is the width in radians of the panels beside the
-    mirror direction.
-    """
+def flux_pairs(angle: float, receptors: Sequence[Rectangle], rule: Rule = EXACT) -> Pairs:
+    """The pairs behind :func:`flux`."""
     source, weights = Rectangle(angle, *SOURCE).smooth()
     return Pairs.joined(
         [
-            Pairs.between((wi, weight), stop.around(mirrored(wi), finest))
+            Pairs.between((wi, weight), stop.around(mirrored(wi), rule))
             for wi, weight in zip(source, weights, strict=True)
             for stop in receptors
         ]

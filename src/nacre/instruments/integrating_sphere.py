@@ -18,7 +18,7 @@ from nacre.instruments.illuminants import Illuminant, Observer
 from nacre.instruments.mirror import Mirror
 from nacre.instruments.observing import Signal, Specimen
 from nacre.instruments.pairs import Pairs
-from nacre.instruments.quadrature import FINEST
+from nacre.instruments.quadrature import EXACT, Rule
 
 VIEW = 8.0
 """Angle of the receptor's axis from the normal, in degrees."""
@@ -72,7 +72,7 @@ def sphere(
     everything, trapped = specimen.sum(included_pairs()), specimen.sum(trapped_pairs())
     mirror = 0.0
     if specimen.mirror is not None:  # the trap takes all of it
-        views, shares = _views()
+        views, shares = _views(EXACT)
         mirror = float(shares @ specimen.mirror.reflectance(views[:, 2]))
     known = min(everything.known, trapped.known)
     included = Signal(everything.channels + mirror, known)
@@ -81,34 +81,31 @@ def sphere(
     return Sphere(inside, out, known)
 
 
-def included_pairs(finest: float = FINEST) -> Pairs:
-    """What di:8 sums to a reflectance factor, 1 for the perfect white.
-
-    `finest` is the width in radians of the panels beside the mirror directions.
-    """
-    views, shares = _views()
+def included_pairs(rule: Rule = EXACT) -> Pairs:
+    """What di:8 sums to a reflectance factor, 1 for the perfect white."""
+    views, shares = _views(rule)
     return Pairs.joined(
         [
-            _seen(hemisphere(view, finest), view, share)
+            _seen(hemisphere(view, rule), view, share)
             for view, share in zip(views, shares, strict=True)
         ]
     )
 
 
-def trapped_pairs() -> Pairs:
+def trapped_pairs(rule: Rule = EXACT) -> Pairs:
     """What the gloss trap takes of it, which de:8 leaves out."""
-    views, shares = _views()
+    views, shares = _views(rule)
     axis = mirrored(frame(VIEW)[2])
-    lights = (trap(axis, math.radians(TRAP), mirrored(view)) for view in views)
+    lights = (trap(axis, math.radians(TRAP), mirrored(view), rule) for view in views)
     return Pairs.joined(
         [_seen(light, *view) for light, *view in zip(lights, views, shares, strict=True)]
     )
 
 
-def beam_pairs(angle: float, finest: float = FINEST) -> Pairs:
+def beam_pairs(angle: float, rule: Rule = EXACT) -> Pairs:
     """What the reflectance for light at an angle in degrees sums; see :func:`included_pairs`."""
     light = frame(angle)[2]
-    view, solid = hemisphere(light, finest)
+    view, solid = hemisphere(light, rule)
     return Pairs(np.broadcast_to(light, view.shape), view, solid * view[:, 2])
 
 
@@ -151,9 +148,9 @@ def directional_hemispherical(
     return specimen.color(signal, illuminant, observer)
 
 
-def _views() -> tuple[Doubles, Doubles]:
+def _views(rule: Rule) -> tuple[Doubles, Doubles]:
     """Directions to the receptor, (n, 3), and their shares of what it sees, (n,)."""
-    views, weights = cone(VIEW, RECEPTOR, (3, 8))
+    views, weights = cone(VIEW, RECEPTOR, rule.views)
     return views, weights * views[:, 2] / float(weights @ views[:, 2])
 
 
