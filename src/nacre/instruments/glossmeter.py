@@ -107,7 +107,7 @@ def flux(specimen: Specimen, angle: float, receptors: Sequence[Rectangle]) -> Si
 
 def flux_pairs(angle: float, receptors: Sequence[Rectangle], rule: Rule = EXACT) -> Pairs:
     """The pairs behind :func:`flux`."""
-    source, weights = Rectangle(angle, *SOURCE).smooth()
+    source, weights = Rectangle(angle, *SOURCE).smooth(rule.slit)
     return Pairs.joined(
         [
             Pairs.between((wi, weight), stop.around(mirrored(wi), rule))

@@ -18,12 +18,13 @@ class Rule(NamedTuple):
     finest: float  # width of the panels beside a peak, in radians
     around: int  # azimuths of a hemisphere
     views: tuple[int, int]  # directions in the cone of a receptor, from its axis and around it
+    slit: tuple[int, int]  # directions in the image of a slit, in the plane of incidence and across
 
 
-EXACT = Rule(5e-5, 64, (3, 8))
+EXACT = Rule(5e-5, 64, (3, 8), (4, 6))
 """For any material: panels are about a quarter of the lobe of the smoothest surface that float32
 half vectors resolve, as an 85-degree receptor sees it across."""
-SMOOTH = Rule(3e-3, 24, (2, 4))
+SMOOTH = Rule(3e-3, 24, (2, 4), (2, 3))
 """For small networks, which cannot mirror sharply."""
 
 _RATIO = 3.0  # of the widths of two neighbors

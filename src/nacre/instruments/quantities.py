@@ -168,7 +168,9 @@ class ColorQuantity(Quantity):
 
     def from_xyz(self, xyz: npt.ArrayLike) -> Doubles:
         """Linear RGB of tristimulus values, (..., 3)."""
-        return np.asarray(xyz @ np.linalg.inv(rgb_weights(self.illuminant, self.observer)))
+        return np.asarray(
+            np.asarray(xyz, np.float64) @ np.linalg.inv(rgb_weights(self.illuminant, self.observer))
+        )
 
     def uncertainty(self, values: Sequence[float]) -> float:
         return self.deviation

@@ -20,8 +20,11 @@ from nacre.instruments.quantities import (
     SphereQuantity,
 )
 
-INSTRUMENTS = "gloss", "haze", "multiangle", "sphere", "45-0"
-"""Names of instruments whose readings can be proposed."""
+INSTRUMENTS = "gloss", "haze", "E2194", "E2539", "sphere", "45-0"
+"""Names of instruments whose readings can be proposed; multi-angle ones have that of the standard
+for their angles."""
+COMMON = "gloss", "haze", "E2194", "sphere", "45-0"
+"""Those that many shops have."""
 
 
 @dataclass(frozen=True)
@@ -93,16 +96,18 @@ def combined(readings: Iterable[Reading]) -> list[Reading]:
 
 
 def known_quantities(instruments: Iterable[str] = INSTRUMENTS) -> list[Quantity]:
-    """All that given instruments read of an isotropic material."""
+    """All that given instruments read of an isotropic material, in the order of `INSTRUMENTS`."""
     of_each: dict[str, list[Quantity]] = {
         "gloss": [GlossQuantity(angle) for angle in (20.0, 60.0, 85.0)],
         "haze": [HazeQuantity()],
-        "multiangle": [
+        "E2194": [MultiangleQuantity(at) for at in E2194],
+        "E2539": [
             MultiangleQuantity(at)
-            for at in dict.fromkeys((*E2194, *E2539))
+            for at in E2539
             if at.azimuth is None or at.azimuth > 0.0  # the other side looks the same
         ],
         "sphere": [SphereQuantity("di:8"), SphereQuantity("de:8")],
         "45-0": [FortyFiveQuantity("45a:0")],
     }
-    return [quantity for name in instruments for quantity in of_each[name]]
+    names = [name for name in of_each if name in set(instruments)]
+    return list(dict.fromkeys(quantity for name in names for quantity in of_each[name]))

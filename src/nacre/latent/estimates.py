@@ -1,4 +1,4 @@
-"""Materials known from few samples or photographs: what to expect, and what is as plausible."""
+"""Materials known from few samples, pictures or readings: what to expect, what is as plausible."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FEW = 200
 """Samples up to which a material is better known by what other materials are like."""
 COUNT = 64
 """Plausible materials that are kept."""
-OBSERVED = "samples", "pixels"
+OBSERVED = "samples", "pixels", "readings"
 """What a material may be known from."""
 
 _KEY = "plausible"
@@ -38,9 +38,9 @@ class Estimate:
 
     material: CodedBrdf  # the expected one
     codes: npt.NDArray[np.float16]  # equally plausible, in the material's basis, shape (COUNT, k)
-    count: int  # of samples or pixels
+    count: int  # of samples, pixels or readings
     scale: tuple[float, float] | None = None  # see Posterior.scale
-    observed: str = "samples"  # "samples" or "pixels"
+    observed: str = "samples"  # one of OBSERVED
 
     def kept_by(self, fitted: NeuralBrdf) -> NeuralBrdf:
         """A network that was fitted to the material, with the plausible ones in its metadata."""

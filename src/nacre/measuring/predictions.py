@@ -1,4 +1,4 @@
-"""What instruments would read of a material that is known in part, and which reading to take next."""
+"""What instruments would read of a material known in part, and which reading to take next."""
 
 from __future__ import annotations
 
@@ -65,11 +65,13 @@ def predict(
 def _prediction(expected: Expected, middle: Doubles, logs: Doubles) -> Prediction:
     """From logarithms of what is expected, (c,), and of what is plausible, (m, c)."""
     quantity = expected.quantity
-    low, high = interval(quantity.shown(expected.seen(logs)))
-    shown = (quantity.shown(expected.seen(middle)), low, high)
+    ends = interval(quantity.shown(expected.seen(logs)))
+    likely, low, high = (
+        tuple(values.tolist()) for values in (quantity.shown(expected.seen(middle)), *ends)
+    )
     darkest, brightest = interval(logs)
     factor = float(np.exp(0.5 * (brightest - darkest).max()))
-    return Prediction(quantity, *(tuple(map(float, values)) for values in shown), factor)
+    return Prediction(quantity, likely, low, high, factor)
 
 
 def propose_readings(
