@@ -25,8 +25,7 @@ class Sums:
     """
 
     def __init__(self, basis: NeuralBasis, wi: Floats, wo: Floats, weights: Floats) -> None:
-        flat = (w.reshape(-1, 3) for w in (wi, wo))
-        inputs = isotropic_inputs(*flat, ENHANCED)
+        inputs = isotropic_inputs(wi.reshape(-1, 3), wo.reshape(-1, 3), ENHANCED)
         self._basis = basis
         self._values = basis.values(inputs).reshape(*wi.shape[:2], -1)
         self._weights = weights.astype(np.float32)
