@@ -11,6 +11,8 @@ from nacre.cli.predictions import facts, table
 from nacre.cli.report import keyed, note, print_table, progress, report_file
 from nacre.errors import FormatError
 
+_GROUP = "photographs"
+
 
 @make(
     "estimate",
@@ -20,15 +22,15 @@ from nacre.errors import FormatError
     options.output_option("Network (.safetensors) or code (.json) to write."),
     option("--readings", options.INPUT, metavar="FILE"),
     "Readings of glossmeters and other instruments (.csv), in place of photographs.",
-    option("--scene", options.INPUT, metavar="FILE"),
+    option("--scene", options.INPUT, metavar="FILE", group=_GROUP),
     "Mitsuba scene (.xml) that was photographed, with one camera or one for each photograph.",
-    option("--bsdf name", metavar="ID"),
+    option("--bsdf name", metavar="ID", group=_GROUP),
     "BSDF in the scene to estimate.",
-    option("--geometry", ["sphere"]),
+    option("--geometry", ["sphere"], group=_GROUP),
     "Object to use instead of a scene: a distant sphere with a margin of 3 % of the picture.",
-    options.environment_option(shown=None),
+    options.environment_option(shown=None, group=_GROUP),
     "Latitude-longitude map (.exr, .hdr) that lights the object.",
-    option("--camera", ["known", "exposure", "white-balance"], default="known"),
+    option("--camera", ["known", "exposure", "white-balance"], default="known", group=_GROUP),
     "Calibration of the cameras: known; unknown exposure; or unknown exposure and white balance.",
     options.basis_option(),
     options.seed_option(),
