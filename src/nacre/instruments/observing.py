@@ -86,7 +86,8 @@ class Specimen:
         wi, wo = (turned(w, self._azimuth) for w in (pairs.wi, pairs.wo))
         values = self._brdf.eval if self._bands is None else self._brdf.eval_spectral
         channels = pairs.weights @ np.asarray(values(wi, wo), np.float64)
-        known = float(pairs.weights @ self._brdf.valid(wi, wo) / pairs.weights.sum())
+        shares = np.abs(pairs.weights)
+        known = float(shares @ self._brdf.valid(wi, wo) / shares.sum())
         return Signal(channels, round(known, 9))
 
     def color(self, signal: Signal, illuminant: Illuminant, observer: Observer) -> Color:
