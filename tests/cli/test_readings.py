@@ -61,7 +61,9 @@ def test_wrong_calls_are_refused(capsys, folder):
     Path("cut.csv").write_text(TABLE[:44], "utf-8")
     estimate = "estimate", "-o", "x.json"
     assert_refused(capsys, "name the photographs, or give --readings", *estimate)
-    assert_refused(capsys, "takes the place", *estimate, "a.exr", "--readings", "readings.csv")
+    assert_refused(
+        capsys, "takes the place", *estimate, "readings.csv", "--readings", "readings.csv"
+    )
     assert_refused(capsys, "cut.csv", *estimate, "--readings", "cut.csv")
     following = "measure", "next", "readings.csv"
     assert_refused(capsys, "--step is for scattered", *following, "--step", 5)
