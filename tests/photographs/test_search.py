@@ -9,11 +9,11 @@ import pytest
 
 from nacre.brdf import Brdf
 from nacre.latent import find_basis, pretrained_basis
+from nacre.latent.sums import Sums
 from nacre.neural import Layer, NeuralBrdf
 from nacre.photographs.recording import Recording
 from nacre.photographs.search import (
     Photograph,
-    _Sum,
     camera_factors,
     posterior_of_photographs,
     unexplained,
@@ -43,13 +43,15 @@ def photograph(seed: int, factor: Any = 1.0, pixels: int = PIXELS) -> Photograph
 
 def test_sums_are_those_of_the_material_and_derivatives_those_of_differences():
     seen = photograph(1)
-    item = _Sum(BASIS, seen)
-    values, slopes = item.at(CODE)
+    recording = seen.recording
+    sums = Sums(BASIS, recording.wi, recording.wo, recording.weights)
+    values, slopes = sums.at(CODE)
+    np.testing.assert_array_equal(sums.values(CODE), values)
     np.testing.assert_allclose(values, seen.values, rtol=1e-3)
     assert slopes.shape == (BASIS.code_dim, PIXELS, 3)
     for index in range(BASIS.code_dim):
         step = 0.02 * np.eye(BASIS.code_dim)[index]
-        difference = (item.at(CODE + step)[0] - item.at(CODE - step)[0]) / 0.04
+        difference = (sums.at(CODE + step)[0] - sums.at(CODE - step)[0]) / 0.04
         np.testing.assert_allclose(slopes[index], difference, rtol=0.02, atol=2e-3 * values.max())
 
 

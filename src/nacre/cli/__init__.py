@@ -23,7 +23,7 @@ COMMANDS = {
     },
     "Make materials": {
         "fit": "Fit a neural material to each file, or to all files in a folder.",
-        "estimate": "Estimate a material from photographs in known light.",
+        "estimate": "Estimate a material from photographs or from readings.",
     },
     "Use them elsewhere": {
         "export": "Write a material as shader code or for another tool.",

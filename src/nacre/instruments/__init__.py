@@ -31,6 +31,11 @@ if TYPE_CHECKING:
     from nacre.instruments.integrating_sphere import sphere as sphere
     from nacre.instruments.mirror import BLACK_GLASS as BLACK_GLASS
     from nacre.instruments.mirror import Mirror as Mirror
+    from nacre.instruments.names import find_quantity as find_quantity
+    from nacre.instruments.quantities import Quantity as Quantity
+    from nacre.instruments.readings import Reading as Reading
+    from nacre.instruments.readings_file import load_readings as load_readings
+    from nacre.instruments.readings_file import save_readings as save_readings
 
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
@@ -43,5 +48,9 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "illuminants": ["ILLUMINANTS", "OBSERVERS"],
         "integrating_sphere": ["Sphere", "directional_hemispherical", "sphere"],
         "mirror": ["BLACK_GLASS", "Mirror"],
+        "names": ["find_quantity"],
+        "quantities": ["Quantity"],
+        "readings": ["Reading"],
+        "readings_file": ["load_readings", "save_readings"],
     },
 )

@@ -14,7 +14,7 @@ import numpy as np
 
 from nacre.array import Doubles
 from nacre.geometry import join, rotate, split
-from nacre.instruments.quadrature import circle, graded, on_interval
+from nacre.instruments.quadrature import EXACT, Rule, circle, graded, on_interval
 
 
 def frame(polar: float) -> Doubles:
@@ -57,10 +57,11 @@ class Rectangle:
             *(on_interval(-h, h, n) for h, n in zip(self.edges, counts, strict=True))
         )
 
-    def around(self, peak: Doubles) -> tuple[Doubles, Doubles]:
+    def around(self, peak: Doubles, rule: Rule = EXACT) -> tuple[Doubles, Doubles]:
         """Directions and weights for functions that may be sharp at a direction, (3,)."""
         place = self.place(peak)
-        return self._product(*(graded(-h, h, p) for h, p in zip(self.edges, place, strict=True)))
+        edges = zip(self.edges, place, strict=True)
+        return self._product(*(graded(-h, h, p, rule.finest) for h, p in edges))
 
     def place(self, direction: Doubles) -> tuple[float, float]:
         """Where light from a direction, (3,), meets the focal plane, in focal lengths."""

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from nacre.array import Doubles
 from nacre.brdf import Brdf
 from nacre.instruments.apertures import cone, ring
 from nacre.instruments.colors import Color
 from nacre.instruments.illuminants import Illuminant, Observer
-from nacre.instruments.observing import Signal, Specimen
+from nacre.instruments.observing import Specimen
+from nacre.instruments.pairs import Pairs
 
 ANNULUS = (40.0, 50.0)
 """Half angles in degrees of the cones between which light of 45a:0 comes."""
@@ -60,24 +59,22 @@ def bidirectional(
     Raises NacreError if the material has no color.
     """
     specimen = Specimen(brdf, azimuth)
-    signals = annular(specimen), directional(specimen)
+    signals = [specimen.sum(pairs) for pairs in (annular_pairs(), directional_pairs())]
     around, along = (specimen.color(signal, illuminant, observer) for signal in signals)
     return Bidirectional(around, along, min(signal.known for signal in signals))
 
 
-def annular(specimen: Specimen) -> Signal:
-    """Reflectance factor at 45a:0."""
-    return _factor(specimen, *ring(*ANNULUS, (6, 36)))
+def annular_pairs() -> Pairs:
+    """What 45a:0 sums to a reflectance factor, 1 for the perfect white."""
+    return _factor(ring(*ANNULUS, (6, 36)))
 
 
-def directional(specimen: Specimen) -> Signal:
-    """Reflectance factor at 45x:0."""
-    return _factor(specimen, *cone(45.0, BEAM, (4, 12)))
+def directional_pairs() -> Pairs:
+    """The same of 45x:0."""
+    return _factor(cone(45.0, BEAM, (4, 12)))
 
 
-def _factor(specimen: Specimen, light: Doubles, solid: Doubles) -> Signal:
+def _factor(light: tuple[Doubles, Doubles]) -> Pairs:
     """Flux into the receptor about the normal, relative to the perfect white's."""
-    view, seen = ring(0.0, BEAM, (3, 8))
-    wi, wo = np.repeat(light, len(view), axis=0), np.tile(view, (len(light), 1))
-    weights = np.outer(solid * light[:, 2], seen * view[:, 2]).reshape(-1)
-    return specimen.sum(wi, wo, weights).scaled(math.pi / float(weights.sum()))
+    pairs = Pairs.between(light, ring(0.0, BEAM, (3, 8)))
+    return pairs.scaled(math.pi / float(pairs.weights.sum()))

@@ -12,12 +12,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from nacre.brdf import Brdf
 from nacre.instruments.apertures import Rectangle, mirrored
 from nacre.instruments.mirror import BLACK_GLASS, Mirror
 from nacre.instruments.observing import Signal, Specimen
+from nacre.instruments.pairs import Pairs
+from nacre.instruments.quadrature import EXACT, Rule
 
 ANGLES = (20.0, 60.0, 85.0)
 """Angles of incidence in degrees."""
@@ -95,21 +95,26 @@ def flux(specimen: Specimen, angle: float, receptors: Sequence[Rectangle]) -> Si
 
     It is the integral of f_r cos(theta_i) cos(theta_o) over the directions of source and receptor.
     """
+    signal = specimen.sum(flux_pairs(angle, receptors))
+    if specimen.mirror is None:
+        return signal
+    # Source nodes are either all in a receptor or all outside: the slit's image is smaller.
     source, weights = Rectangle(angle, *SOURCE).smooth()
-    signals = []
-    for wi, weight in zip(source, weights, strict=True):
-        mirror = mirrored(wi)
-        for stop in receptors:
-            wo, solid = stop.around(mirror)
-            signal = specimen.sum(wi, wo, solid * wo[:, 2] * wi[2] * weight)
-            signals.append(signal)
-    total = np.sum([signal.channels for signal in signals], axis=0)
-    if specimen.mirror is not None:
-        # Source nodes are either all in a receptor or all outside: the slit's image is smaller.
-        inside = sum(stop.holds(mirrored(source)) for stop in receptors)
-        part = specimen.mirror.reflectance(source[:, 2]) * source[:, 2] * weights
-        total = total + float(part @ inside)
-    return Signal(total, float(np.mean([signal.known for signal in signals])))
+    inside = sum(stop.holds(mirrored(source)) for stop in receptors)
+    part = specimen.mirror.reflectance(source[:, 2]) * source[:, 2] * weights
+    return Signal(signal.channels + float(part @ inside), signal.known)
+
+
+def flux_pairs(angle: float, receptors: Sequence[Rectangle], rule: Rule = EXACT) -> Pairs:
+    """The pairs behind :func:`flux`."""
+    source, weights = Rectangle(angle, *SOURCE).smooth(rule.slit)
+    return Pairs.joined(
+        [
+            Pairs.between((wi, weight), stop.around(mirrored(wi), rule))
+            for wi, weight in zip(source, weights, strict=True)
+            for stop in receptors
+        ]
+    )
 
 
 def white_flux(angle: float, receptors: Sequence[Rectangle]) -> float:

@@ -19,6 +19,7 @@ from nacre.instruments.apertures import frame, mirrored
 from nacre.instruments.colors import Color
 from nacre.instruments.illuminants import Illuminant, Observer
 from nacre.instruments.observing import Specimen
+from nacre.instruments.pairs import Pairs
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,11 @@ class Geometry:
         turn = math.pi if self.azimuth is None else math.radians(self.azimuth)
         aside = -math.cos(turn) * toward + math.sin(turn) * across
         return mirrored(mirror), math.cos(off) * mirror + math.sin(off) * aside
+
+    def pairs(self) -> Pairs:
+        """The one pair of directions; its weight makes f_r a reflectance factor."""
+        wi, wo = self.directions()
+        return Pairs(wi[None], wo[None], np.array([math.pi]))
 
 
 E2194 = tuple(Geometry(45.0, angle) for angle in (-15.0, 15.0, 25.0, 45.0, 75.0, 110.0))
@@ -113,8 +119,7 @@ def multiangle(
     Raises NacreError if the material has no color.
     """
     specimen = Specimen(brdf, azimuth)
-    signals = [specimen.sum(*g.directions(), np.array([math.pi])) for g in geometries]
-    # The weight pi makes f_r a reflectance factor; a direct look has no cosines to integrate.
+    signals = [specimen.sum(geometry.pairs()) for geometry in geometries]
     colors = tuple(specimen.color(signal, illuminant, observer) for signal in signals)
     lightness = {g: c.lab[0] for g, c in zip(geometries, colors, strict=True)}
     known = float(np.mean([signal.known for signal in signals]))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from nacre.brdf import Brdf
 from nacre.instruments.apertures import Rectangle
-from nacre.instruments.forty_five import annular
+from nacre.instruments.forty_five import annular_pairs
 from nacre.instruments.glossmeter import RECEPTORS, flux, gloss, reference, white_flux
 from nacre.instruments.mirror import Mirror
 from nacre.instruments.observing import Specimen
@@ -52,16 +52,21 @@ def haze(material: Brdf | Mirror, *, azimuth: float = 0.0) -> Haze:
     Parameters and errors are those of :func:`nacre.instruments.gloss`.
     """
     specimen = Specimen(material, azimuth, color=False)
-    stops = [Rectangle(-angle, *RECEPTORS[ANGLE]) for angle in BANDS]
+    stops = bands()
     signal = flux(specimen, ANGLE, stops)
     value = 100.0 * specimen.luminous(signal) / reference(ANGLE)
     diffuse = 0.0
     if specimen.mirror is None:
         white = 100.0 / reference(ANGLE) * white_flux(ANGLE, stops)
-        diffuse = white * specimen.luminous(annular(specimen))
+        diffuse = white * specimen.luminous(specimen.sum(annular_pairs()))
     specular = gloss(material, ANGLE, azimuth=azimuth)
     known = min(signal.known, specular.known)
     return Haze(value, log_haze(value), max(0.0, value - diffuse), specular.value, known)
+
+
+def bands() -> list[Rectangle]:
+    """The receptors beside the mirror direction."""
+    return [Rectangle(-angle, *RECEPTORS[ANGLE]) for angle in BANDS]
 
 
 def log_haze(value: float) -> float:

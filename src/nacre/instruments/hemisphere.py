@@ -13,13 +13,12 @@ import numpy as np
 
 from nacre.array import Doubles
 from nacre.instruments.apertures import turned
-from nacre.instruments.quadrature import circle, graded, on_interval
+from nacre.instruments.quadrature import EXACT, Rule, circle, graded, on_interval
 
-_AROUND = 64  # azimuths
 _EDGE = 1e-3  # width in radians of the panel beside the last half vectors above the horizon
 
 
-def hemisphere(fixed: Doubles) -> tuple[Doubles, Doubles]:
+def hemisphere(fixed: Doubles, rule: Rule = EXACT) -> tuple[Doubles, Doubles]:
     """All directions of the upper hemisphere, (n, 3), as reflections of a `fixed` one, (3,).
 
     The weights are solid angles in sr, (n,). The nodes are dense where a smooth surface mirrors the
@@ -30,17 +29,17 @@ def hemisphere(fixed: Doubles) -> tuple[Doubles, Doubles]:
     sine, cosine = math.sin(polar), math.cos(polar)
     # Up to `whole`, all half vectors reflect to above the horizon; up to `last`, some do.
     whole, last = 0.25 * math.pi - 0.5 * polar, 0.25 * math.pi + 0.5 * polar
-    theta, widths = graded(0.0, whole, 0.0)
-    phi, step = circle(_AROUND)
+    theta, widths = graded(0.0, whole, 0.0, rule.finest)
+    phi, step = circle(rule.around)
     parts = [_grid(theta, widths, np.tile(phi, (len(theta), 1)), np.full((len(theta), 1), step))]
     if last > whole:
         # The range of azimuths starts and ends with roots; the tail of a lobe goes on from `whole`.
         middle = 0.5 * (whole + last)
-        halves = graded(whole, middle, whole), graded(middle, last, last, _EDGE)
+        halves = graded(whole, middle, whole, rule.finest), graded(middle, last, last, _EDGE)
         outer, steps = (np.concatenate(part) for part in zip(*halves, strict=True))
         limit = (0.5 / np.cos(outer) - np.cos(outer)) * cosine / (np.sin(outer) * sine)
         most = np.arccos(np.clip(limit, -1.0, 1.0))
-        nodes, shares = on_interval(-1.0, 1.0, _AROUND)
+        nodes, shares = on_interval(-1.0, 1.0, rule.around)
         parts.append(_grid(outer, steps, most[:, None] * nodes, most[:, None] * shares))
     half, weights = (np.concatenate(part) for part in zip(*parts, strict=True))
     half = turned(half, math.degrees(azimuth))
@@ -57,7 +56,9 @@ def _grid(theta: Doubles, widths: Doubles, phi: Doubles, steps: Doubles) -> tupl
     return directions.reshape(-1, 3), weights.reshape(-1)
 
 
-def trap(center: Doubles, half_angle: float, peak: Doubles) -> tuple[Doubles, Doubles]:
+def trap(
+    center: Doubles, half_angle: float, peak: Doubles, rule: Rule = EXACT
+) -> tuple[Doubles, Doubles]:
     """Directions in a cone about `center`, (3,), and their solid angles, dense about a `peak`.
 
     The peak, (3,), is in the cone, whose half angle is in radians; nodes are in polar coordinates
@@ -71,7 +72,7 @@ def trap(center: Doubles, half_angle: float, peak: Doubles) -> tuple[Doubles, Do
         length = float(np.linalg.norm(toward))
     toward = toward / length
     across = np.cross(peak, toward)
-    phi, step = circle(_AROUND)
+    phi, step = circle(rule.around)
     # cos(half angle) = cos psi cos apart + sin psi sin apart cos phi, solved for psi.
     a, b = math.cos(apart), math.sin(apart) * np.cos(phi)
     most = np.arctan2(b, a) + np.arccos(np.clip(math.cos(half_angle) / np.hypot(a, b), -1.0, 1.0))

@@ -17,6 +17,8 @@ from nacre.instruments.hemisphere import hemisphere, trap
 from nacre.instruments.illuminants import Illuminant, Observer
 from nacre.instruments.mirror import Mirror
 from nacre.instruments.observing import Signal, Specimen
+from nacre.instruments.pairs import Pairs
+from nacre.instruments.quadrature import EXACT, Rule
 
 VIEW = 8.0
 """Angle of the receptor's axis from the normal, in degrees."""
@@ -67,22 +69,44 @@ def sphere(
     Raises NacreError if the material has no color.
     """
     specimen = Specimen(material, azimuth)
-    views, weights = cone(VIEW, RECEPTOR, (3, 8))
-    shares = weights * views[:, 2] / float(weights @ views[:, 2])
-    axis = mirrored(frame(VIEW)[2])
-    everything, trapped = [], []
-    for view in views:
-        light, solid = hemisphere(view)
-        everything.append(specimen.sum(light, view, solid * light[:, 2]))
-        light, solid = trap(axis, math.radians(TRAP), mirrored(view))
-        trapped.append(specimen.sum(light, view, solid * light[:, 2]))
+    everything, trapped = specimen.sum(included_pairs()), specimen.sum(trapped_pairs())
     mirror = 0.0
     if specimen.mirror is not None:  # the trap takes all of it
+        views, shares = _views(EXACT)
         mirror = float(shares @ specimen.mirror.reflectance(views[:, 2]))
-    outside = _mean(everything, shares) - _mean(trapped, shares)
-    included = Signal(_mean(everything, shares).channels + mirror, outside.known)
-    inside, out = (specimen.color(s, illuminant, observer) for s in (included, outside))
-    return Sphere(inside, out, outside.known)
+    known = min(everything.known, trapped.known)
+    included = Signal(everything.channels + mirror, known)
+    excluded = Signal(everything.channels - trapped.channels, known)
+    inside, out = (specimen.color(s, illuminant, observer) for s in (included, excluded))
+    return Sphere(inside, out, known)
+
+
+def included_pairs(rule: Rule = EXACT) -> Pairs:
+    """What di:8 sums to a reflectance factor, 1 for the perfect white."""
+    views, shares = _views(rule)
+    return Pairs.joined(
+        [
+            _seen(hemisphere(view, rule), view, share)
+            for view, share in zip(views, shares, strict=True)
+        ]
+    )
+
+
+def trapped_pairs(rule: Rule = EXACT) -> Pairs:
+    """What the gloss trap takes of it, which de:8 leaves out."""
+    views, shares = _views(rule)
+    axis = mirrored(frame(VIEW)[2])
+    lights = (trap(axis, math.radians(TRAP), mirrored(view), rule) for view in views)
+    return Pairs.joined(
+        [_seen(light, *view) for light, *view in zip(lights, views, shares, strict=True)]
+    )
+
+
+def beam_pairs(angle: float, rule: Rule = EXACT) -> Pairs:
+    """What the reflectance for light at an angle in degrees sums; see :func:`included_pairs`."""
+    light = frame(angle)[2]
+    view, solid = hemisphere(light, rule)
+    return Pairs(np.broadcast_to(light, view.shape), view, solid * view[:, 2])
 
 
 def directional_hemispherical(
@@ -117,14 +141,19 @@ def directional_hemispherical(
     if not 0.0 <= angle < 90.0:
         raise ValueError(f"the angle of incidence must be in 0 to below 90, got {angle}")
     specimen = Specimen(material, azimuth)
-    light = frame(angle)[2]
-    view, solid = hemisphere(light)
-    signal = specimen.sum(light, view, solid * view[:, 2])
+    signal = specimen.sum(beam_pairs(angle))
     if specimen.mirror is not None:
-        signal = Signal(signal.channels + specimen.mirror.reflectance(light[2]), signal.known)
+        mirror = specimen.mirror.reflectance(frame(angle)[2][2])
+        signal = Signal(signal.channels + mirror, signal.known)
     return specimen.color(signal, illuminant, observer)
 
 
-def _mean(signals: list[Signal], shares: Doubles) -> Signal:
-    channels = shares @ np.stack([signal.channels for signal in signals])
-    return Signal(channels, min(signal.known for signal in signals))
+def _views(rule: Rule) -> tuple[Doubles, Doubles]:
+    """Directions to the receptor, (n, 3), and their shares of what it sees, (n,)."""
+    views, weights = cone(VIEW, RECEPTOR, rule.views)
+    return views, weights * views[:, 2] / float(weights @ views[:, 2])
+
+
+def _seen(light: tuple[Doubles, Doubles], view: Doubles, share: float) -> Pairs:
+    wi, solid = light
+    return Pairs(wi, np.broadcast_to(view, wi.shape), share * solid * wi[:, 2])

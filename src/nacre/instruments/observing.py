@@ -13,6 +13,7 @@ from nacre.instruments.apertures import turned
 from nacre.instruments.colors import Color
 from nacre.instruments.illuminants import Illuminant, Observer, rgb_weights, spectral_weights
 from nacre.instruments.mirror import Mirror
+from nacre.instruments.pairs import Pairs
 
 
 @dataclass(frozen=True)
@@ -30,12 +31,6 @@ class Signal:
 
     channels: Doubles
     known: float
-
-    def __sub__(self, other: Signal) -> Signal:
-        return Signal(self.channels - other.channels, min(self.known, other.known))
-
-    def scaled(self, factor: float) -> Signal:
-        return Signal(factor * self.channels, self.known)
 
 
 class Specimen:
@@ -84,14 +79,15 @@ class Specimen:
         """Whether colors are integrals of spectra."""
         return self._bands is not None
 
-    def sum(self, wi: Doubles, wo: Doubles, weights: Doubles) -> Signal:
-        """The sum of f_r over pairs of directions, (n, 3) or (3,), with weights (n,)."""
+    def sum(self, pairs: Pairs) -> Signal:
+        """The sum of f_r over pairs of directions."""
         if self._brdf is None:
             return Signal(np.zeros(3), 1.0)
-        wi, wo = (turned(np.atleast_2d(w), self._azimuth) for w in (wi, wo))
+        wi, wo = (turned(w, self._azimuth) for w in (pairs.wi, pairs.wo))
         values = self._brdf.eval if self._bands is None else self._brdf.eval_spectral
-        channels = weights @ np.asarray(values(wi, wo), np.float64)
-        known = float(weights @ self._brdf.valid(wi, wo) / weights.sum())
+        channels = pairs.weights @ np.asarray(values(wi, wo), np.float64)
+        shares = np.abs(pairs.weights)
+        known = float(shares @ self._brdf.valid(wi, wo) / shares.sum())
         return Signal(channels, round(known, 9))
 
     def color(self, signal: Signal, illuminant: Illuminant, observer: Observer) -> Color:

@@ -5,14 +5,27 @@ from __future__ import annotations
 import functools
 import itertools
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from nacre.array import Doubles
 
-FINEST = 5e-5
-"""Width of the panels beside the peak, in radians: about a quarter of the lobe of the smoothest
-surface that float32 half vectors resolve, as an 85-degree receptor sees it across."""
+
+class Rule(NamedTuple):
+    """How dense the nodes of instruments are."""
+
+    finest: float  # width of the panels beside a peak, in radians
+    around: int  # azimuths of a hemisphere
+    views: tuple[int, int]  # directions in the cone of a receptor, from its axis and around it
+    slit: tuple[int, int]  # directions in the image of a slit, in the plane of incidence and across
+
+
+EXACT = Rule(5e-5, 64, (3, 8), (4, 6))
+"""For any material: panels are about a quarter of the lobe of the smoothest surface that float32
+half vectors resolve, as an 85-degree receptor sees it across."""
+SMOOTH = Rule(3e-3, 24, (2, 4), (2, 3))
+"""For small networks, which cannot mirror sharply."""
 
 _RATIO = 3.0  # of the widths of two neighbors
 _NODES = 5  # per panel: the error of a GGX lobe is then about 1e-6
@@ -32,7 +45,7 @@ def on_interval(low: float, high: float, count: int) -> tuple[Doubles, Doubles]:
     return 0.5 * (low + high) + half * nodes, half * weights
 
 
-def graded(low: float, high: float, peak: float, finest: float = FINEST) -> tuple[Doubles, Doubles]:
+def graded(low: float, high: float, peak: float, finest: float) -> tuple[Doubles, Doubles]:
     """A rule on [low, high] for functions that may be sharp at `peak`, (n,) each.
 
     Panels on both sides of the peak are three times as wide as the next one closer to it, down to

@@ -28,7 +28,7 @@ FEW = 200
 """Samples up to which a material is better known by what other materials are like."""
 COUNT = 64
 """Plausible materials that are kept."""
-OBSERVED = "samples", "pixels"
+OBSERVED = "samples", "pixels", "readings"
 """What a material may be known from."""
 
 _KEY = "plausible"
@@ -41,9 +41,9 @@ class Estimate:
 
     material: CodedBrdf  # the expected one
     codes: npt.NDArray[np.float16]  # equally plausible, in the material's basis, shape (COUNT, k)
-    count: int  # of samples or pixels
+    count: int  # of samples, pixels or readings
     scale: tuple[float, float] | None = None  # see Posterior.scale
-    observed: str = "samples"  # "samples" or "pixels"
+    observed: str = "samples"  # one of OBSERVED
 
     def kept_by(self, fitted: NeuralBrdf) -> NeuralBrdf:
         """A network that was fitted to the material, with the plausible ones in its metadata."""

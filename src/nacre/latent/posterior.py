@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from nacre.array import Doubles
 from nacre.runtime.parallel import one_blas_thread
@@ -94,7 +95,9 @@ class Linearized(NamedTuple):
 
     missed: Doubles  # observed less expected, shape (n, 3)
     slopes: Doubles  # derivatives of the expected ones by the values, shape (k, n, 3)
-    noise: Doubles  # standard deviations beside what no code explains, shape (n, 3)
+    noise: Doubles
+    """Standard deviations beside what no code explains, shape (n, 3); infinite where a channel was
+    not observed."""
 
 
 def search(
@@ -121,11 +124,12 @@ def search(
         for step in range(_STEPS):
             missed, slopes, noise = linearized(mean)
             variance = 1.0 + np.square(noise / _TYPICAL)
+            observed = np.isfinite(noise)
             if step:
-                variance = variance * _outlying(missed, variance)
-            deviation = np.sqrt(variance).reshape(-1)
-            flat = slopes.reshape(len(mean), -1)
-            left = (missed.reshape(-1) + mean @ flat) / deviation
+                variance = variance * _outlying(missed, variance, observed)
+            deviation = np.sqrt(variance[observed])
+            flat = slopes[:, observed]
+            left = (missed[observed] + mean @ flat) / deviation
             found = _mixture(left, flat / deviation, centers, code_dim)
             change = found.mean - mean
             if np.abs(change).max() < _CLOSE:
@@ -135,9 +139,10 @@ def search(
     return replace(found, deviations=wider * found.deviations)
 
 
-def _outlying(missed: Doubles, variance: Doubles) -> Doubles:
+def _outlying(missed: Doubles, variance: Doubles, observed: npt.NDArray[np.bool_]) -> Doubles:
     """Factors (n, 1) of the variances of samples, (n, 3), by what they miss: Student's."""
-    ratio = (np.square(missed) / (_TYPICAL**2 * variance)).mean(axis=1, keepdims=True)
+    squares = np.square(missed) / (_TYPICAL**2 * variance)
+    ratio = squares.mean(axis=1, keepdims=True, where=observed)
     return np.asarray(np.maximum((_FREEDOM + ratio) / (_FREEDOM + 1.0), 1.0))
 
 

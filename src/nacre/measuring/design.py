@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats
+from nacre.array import Doubles, Floats
 from nacre.color import GAMMA
 from nacre.latent.directions import isotropic_inputs
 from nacre.latent.neural_basis import NeuralBasis, decoded
@@ -138,6 +138,16 @@ class Design:
             shown = spread @ views.T
             told += np.trace(np.linalg.solve(inner, shown @ shown.swapaxes(1, 2)), axis1=1, axis2=2)
         return np.asarray(_unknown(self._views, covariances).mean() - told / len(slopes))
+
+
+def displayed(basis: NeuralBasis, codes: npt.ArrayLike) -> Doubles:
+    """Displayed values in views of materials, shape (m, n)."""
+    lit = lit_views(1, VIEWS)
+    values = np.asarray(codes, np.float64)
+    f_r = basis.reflectances(values, lit.wi.reshape(-1, 3), lit.wo.reshape(-1, 3))
+    radiance = lit.radiance(f_r.reshape(len(values), *lit.wi.shape))
+    shown = np.minimum(radiance, 1.0) ** (1.0 / GAMMA)
+    return np.asarray(shown.reshape(len(values), -1), np.float64)
 
 
 def _unknown(views: Floats, covariances: Floats) -> npt.NDArray[np.float64]:

@@ -8,15 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from nacre.color import GAMMA
 from nacre.latent.intervals import reflectance_interval
 from nacre.latent.neural_basis import NeuralBasis
 from nacre.latent.posterior import Posterior
-from nacre.measuring.design import VIEWS, Design
+from nacre.measuring.design import Design, displayed
 from nacre.measuring.instrument import Instrument
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.progress import Progress, silent
-from nacre.sampling.lit_views import lit_views
 
 PAYS = 0.01
 """A measurement is worthwhile if it lowers the expected error by at least this fraction."""
@@ -112,9 +110,5 @@ def _expected_error(
     basis: NeuralBasis, code: npt.NDArray[np.float64], others: npt.ArrayLike
 ) -> float:
     """Mean absolute difference of displayed values between a code and others, (m, k)."""
-    lit = lit_views(1, VIEWS)
-    codes = np.concatenate([np.asarray(code)[None], others]).astype(np.float64)
-    f_r = basis.reflectances(codes, lit.wi.reshape(-1, 3), lit.wo.reshape(-1, 3))
-    radiance = lit.radiance(f_r.reshape(len(codes), *lit.wi.shape))
-    shown = np.minimum(radiance, 1.0) ** (1.0 / GAMMA)
+    shown = displayed(basis, np.concatenate([np.asarray(code)[None], others]))
     return float(np.abs(shown[1:] - shown[:1]).mean())

@@ -9,11 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Doubles as Vector
-from nacre.latent.directions import isotropic_inputs
-from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
+from nacre.latent.neural_basis import NeuralBasis
 from nacre.latent.posterior import LOOSE, Linearized, Posterior
-from nacre.neural.inputs import ENHANCED
-from nacre.numerics.channels import CHROMA
+from nacre.latent.sums import Sums
 from nacre.photographs.recording import Recording
 
 PRECISION = 6.0
@@ -53,7 +51,7 @@ def posterior_of_photographs(
     :data:`CAMERAS`: unknown factors are estimated as well, and are expected to be right within 30
     percent.
     """
-    found = [_Sum(basis, photograph) for photograph in photographs]
+    found = [_Pixels(basis, photograph) for photograph in photographs]
     factors = _factors([len(item.missing) for item in found], camera)
 
     missing, black, noise = (
@@ -63,7 +61,7 @@ def posterior_of_photographs(
 
     def linearized(mean: Vector) -> Linearized:
         code, free = np.split(mean, [basis.code_dim])
-        values, rates = zip(*(item.at(code) for item in found), strict=True)
+        values, rates = zip(*(item.sums.at(code) for item in found), strict=True)
         scale = np.exp(LOOSE * np.einsum("e,enc->nc", free, factors))
         shown = scale * np.concatenate(values)
         lit = shown + black
@@ -88,8 +86,8 @@ def unexplained(
     """Median absolute difference between logarithms of pixels and of a code's prediction."""
     missed = []
     for photograph, factor in zip(photographs, factors, strict=True):
-        item = _Sum(basis, photograph)
-        missed.append(item.missing - np.log(factor * item.at(code)[0] + item.black))
+        item = _Pixels(basis, photograph)
+        missed.append(item.missing - np.log(factor * item.sums.values(code) + item.black))
     return float(np.median(np.abs(np.concatenate(missed))))
 
 
@@ -101,27 +99,12 @@ def _factors(counts: Sequence[int], camera: str) -> Vector:
     return np.asarray(factors.reshape(-1, sum(counts), 3))
 
 
-class _Sum:
-    """A photograph as a function of the code, with derivatives."""
+class _Pixels:
+    """A photograph as a function of the code."""
 
     def __init__(self, basis: NeuralBasis, photograph: Photograph) -> None:
         recording = photograph.recording
-        shape = recording.wi.shape[:2]
-        wi, wo = (w.reshape(-1, 3) for w in (recording.wi, recording.wo))
-        self._basis = basis
-        self._values = basis.values(isotropic_inputs(wi, wo, ENHANCED)).reshape(*shape, -1)
-        self._weights = recording.weights
-        self.black = np.full((shape[0], 1), BLACK * float(photograph.values.mean()))
+        self.sums = Sums(basis, recording.wi, recording.wo, recording.weights)
+        self.black = np.full((len(recording.wi), 1), BLACK * float(photograph.values.mean()))
         self.missing = np.log(np.maximum(photograph.values, 0.0) + self.black)
         self.noise = photograph.noise
-
-    def at(self, code: Vector) -> tuple[Vector, Vector]:
-        """Values (n, 3), and their derivatives (k, n, 3)."""
-        basis = self._basis
-        logarithms = self._values @ basis.channel_weights(code).astype(np.float32)
-        reflected = self._weights * np.exp(np.minimum(logarithms, BRIGHTEST))
-        by_function = (self._values.swapaxes(1, 2) @ reflected).transpose(1, 0, 2)
-        luma, pairs = np.split(by_function[1:], [basis.luma])
-        chroma = np.einsum("pnc,qc->pqnc", pairs, CHROMA).reshape(-1, *pairs.shape[1:])
-        values = reflected.sum(axis=1, dtype=np.float64)
-        return values, np.concatenate([luma, chroma]).astype(np.float64)

@@ -1,4 +1,4 @@
-"""`nacre.estimate`: a material from photographs in known light."""
+"""`nacre.estimate`: a material from photographs in known light, or from readings."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ import numpy.typing as npt
 
 from nacre.array import Image
 from nacre.errors import NacreError
+from nacre.instruments.readings import Reading
+from nacre.instruments.readings_file import load_readings
 from nacre.io.files import PathLike
+from nacre.measuring.estimated import FromReadings, estimate_from_readings
 from nacre.neural import NeuralBrdf
 from nacre.photographs.estimate import (
     Photographed,
@@ -30,8 +33,9 @@ DOUBTFUL = 0.2
 
 
 def estimate(
-    photographs: Photo | Sequence[Photo],
+    photographs: Photo | Sequence[Photo] = (),
     *,
+    readings: PathLike | Sequence[Reading] | None = None,
     scene: PathLike | None = None,
     bsdf: str | None = None,
     geometry: str | None = None,
@@ -41,16 +45,20 @@ def estimate(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> NeuralBrdf:
-    """Estimate an isotropic material from one to eight photographs in known light.
+    """Estimate an isotropic material from photographs in known light, or from readings.
 
-    `estimate("photo.exr", scene="scene.xml", bsdf="paint")`, or of a sphere:
-    `estimate("photo.exr", geometry="sphere", environment="studio.exr")`.
+    From one to eight photographs: `estimate("photo.exr", scene="scene.xml", bsdf="paint")`, or of a
+    sphere: `estimate("photo.exr", geometry="sphere", environment="studio.exr")`. From what
+    instruments read: `estimate(readings="readings.csv")`.
 
     Parameters
     ----------
     photographs
         OpenEXR files with linear values in the same unit as the light, or arrays of linear RGB,
         shape (height, width, 3).
+    readings
+        In place of photographs: a file (`.csv`) of what glossmeters and other instruments read, or
+        a list of :class:`nacre.instruments.Reading`.
     scene, bsdf
         Mitsuba scene (`.xml`) that was photographed, with one camera or one for each photograph,
         and the id of the BSDF in it to estimate.
@@ -74,16 +82,24 @@ def estimate(
     Raises
     ------
     NacreError
-        If it is not said what was photographed, a file cannot be read, or the pictures do not fit
-        the scene.
+        If it is not said what was photographed, a file cannot be read, the pictures do not fit the
+        scene, or there are readings too.
     MissingExtraError
         If Mitsuba is not installed.
 
     Warns
     -----
     UserWarning
-        If no material explains the photographs.
+        If no material explains the photographs, or all of the readings.
     """
+    if readings is not None:
+        photos = (photographs, scene, bsdf, geometry, environment)
+        if any(isinstance(each, np.ndarray) or each for each in photos):
+            raise NacreError("an estimate takes photographs or readings, not both")
+        read = from_readings(readings, basis=basis, progress=progress or silent)
+        for line in doubts(read):
+            warnings.warn(line, stacklevel=2)
+        return read.network(progress=progress or silent)
     found = photographed(
         photographs,
         scene=scene,
@@ -102,6 +118,31 @@ def estimate(
             stacklevel=2,
         )
     return found.network(seed=seed, progress=progress or silent)
+
+
+def from_readings(
+    readings: PathLike | Sequence[Reading],
+    *,
+    basis: PathLike = "neural",
+    name: str = "",
+    progress: Progress = silent,
+) -> FromReadings:
+    """What :func:`estimate` makes a network from, given a file of readings, or readings."""
+    if isinstance(readings, Sequence) and not isinstance(readings, str):
+        read = readings
+    else:
+        name = name or Path(readings).stem
+        read = load_readings(readings)
+    return estimate_from_readings(read, str(basis), name=name, progress=progress)
+
+
+def doubts(read: FromReadings) -> list[str]:
+    """What to say about readings that the estimate does not explain."""
+    return [
+        f"{reading.quantity.name}: no material that is plausible explains this reading together "
+        "with the others: check it, its unit and its geometry"
+        for reading in read.doubtful
+    ]
 
 
 def photographed(
