@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nacre.brdf import Brdf
+from nacre.brdf import COLOR, Brdf
 from nacre.btf import Btf
 from nacre.errors import FormatError, reason
 from nacre.formats import identify, load_brdf, load_btf
@@ -16,6 +16,8 @@ from nacre.included import resolve
 from nacre.io.files import PathLike, check_json, read_bytes
 from nacre.io.tensors import has_header
 from nacre.latent.estimates import facts as plausible_facts
+from nacre.latent.estimates import plausible
+from nacre.latent.intervals import interval
 from nacre.workflows import sentences
 from nacre.workflows.sentences import Sentences
 
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
 
 _CODE_LIMIT = 1 << 20
+_ENOUGH = 16  # plausible materials that instruments read
 _UNITS = {
     "value range": "1/sr",
     "table range": "as stored",
@@ -42,6 +45,10 @@ _UNITS = {
     "plausible albedo from": "red, green, blue, for light along the normal; 5 % are below",
     "plausible albedo to": "red, green, blue, for light along the normal; 5 % are above",
     "f_r known within a factor": "median over pairs of directions, 90 %",
+    "plausible gloss at 60 degrees from": "GU; 5 % are below",
+    "plausible gloss at 60 degrees to": "GU; 5 % are above",
+    "plausible color at 45:0 from": "L*, a*, b* under D65; 5 % are below",
+    "plausible color at 45:0 to": "L*, a*, b* under D65; 5 % are above",
 }
 """Units of the facts about a reflectance."""
 _TEXTURE_UNITS = {
@@ -121,10 +128,28 @@ def inspect_material(material: Brdf | Btf, *, physics: bool = True) -> Inspectio
     if physics:
         from nacre.metrics.facts import UNITS, physical_facts
 
-        facts |= physical_facts(material)
+        facts |= physical_facts(material) | _read(material)
         units |= UNITS
     said, wrong = sentences.reflectance(facts, material)
     return Inspection("brdf", facts, _known(facts, units), material, said, wrong)
+
+
+def _read(material: Brdf) -> dict[str, Any]:
+    """What instruments would read of a material known with some uncertainty: 90 % intervals."""
+    others = plausible(material)[:_ENOUGH]
+    if not others or material.channels != COLOR:
+        return {}
+    from nacre.instruments.quantities import FortyFiveQuantity, GlossQuantity
+
+    found: dict[str, Any] = {}
+    for what, quantity in (
+        ("gloss at 60 degrees", GlossQuantity(60.0)),
+        ("color at 45:0", FortyFiveQuantity(at="45a:0")),
+    ):
+        low, high = interval([quantity.read(each) for each in others])
+        found[f"plausible {what} from"] = low.tolist()
+        found[f"plausible {what} to"] = high.tolist()
+    return found
 
 
 def _reflectance(path: Path, entry: Format, brdf: Brdf, physics: bool) -> Inspection:

@@ -5,6 +5,7 @@ from pathlib import Path
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.measure.readings import (
+    alternatives,
     azimuth_options,
     chosen,
     color_options,
@@ -36,5 +37,8 @@ def command(
     found, *other = (bidirectional(brdf, **settings) for brdf in materials)
     colors, *others = ([each.annular, each.directional] for each in (found, *other))
     facts = {"known_fraction": found.known}
-    report_colors(path, ["45a:0", "45x:0"], colors, others[0] if others else None, facts)
+    read = [bidirectional(brdf, **settings) for brdf in alternatives(materials[0])]
+    plausible = [[each.annular, each.directional] for each in read]
+    names = ["45a:0", "45x:0"]
+    report_colors(path, names, colors, others[0] if others else None, facts, plausible)
     note_known(min(each.known for each in (found, *other)))

@@ -6,6 +6,7 @@ from typing import Any
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.measure.readings import (
+    alternatives,
     azimuth_options,
     chosen,
     color_options,
@@ -66,7 +67,9 @@ def command(
     facts: dict[str, Any] = {"flop_index": found.flop_index, "known_fraction": found.known}
     facts |= {"output": str(output)} if output is not None else {}
     names = [geometry.name for geometry in geometries]
-    report_colors(path, names, found.colors, other[0].colors if other else None, facts)
+    plausible = [multiangle(each, geometries, **settings) for each in alternatives(materials[0])]
+    others = [each.colors for each in plausible]
+    report_colors(path, names, found.colors, other[0].colors if other else None, facts, others)
     if found.flop_index is not None:
         say(f"flop index {found.flop_index:.2f}")
     if output is not None:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _KNOWN = 0.9995  # what rounds to 100 %
 _GRAY = 0.005  # chroma of colors whose hue is noise
+_ENOUGH = 16  # plausible materials that are read
 _HUE = 4  # place of the hue in a row of numbers
 
 
@@ -59,20 +60,39 @@ def loaded(path: Path, standard: Path | None) -> tuple[list[Brdf], Line]:
     return materials, line
 
 
+def alternatives(brdf: Brdf) -> list[Brdf]:
+    """Materials that are as plausible as one that is known with some uncertainty."""
+    from nacre.latent.estimates import plausible
+
+    return plausible(brdf)[:_ENOUGH]
+
+
 def report_colors(
     path: Path,
     names: Sequence[str],
     colors: Sequence[Color],
     standard: Sequence[Color] | None,
     facts: dict[str, Any],
+    others: Sequence[Sequence[Color]] = (),
 ) -> None:
-    """Print colors, one a row, with differences to a standard, or all as JSON with `facts`."""
+    """Print colors, one a row, with differences to a standard, or all as JSON with `facts`.
+
+    `others` are the colors of :func:`alternatives`, which give intervals.
+    """
+    from nacre.latent.intervals import interval
+
     columns = ["geometry", "L*", "a*", "b*", "C*", "h", "Y"]
+    if others:
+        columns.append("L* within")
+        ends = interval([[color.lab for color in each] for each in others])
     rows, data = [], []
     for index, (name, color) in enumerate(zip(names, colors, strict=True)):
         numbers = [*color.lab, color.chroma, color.hue, color.xyz[1]]
         entry = {"geometry": name, "lab": list(color.lab), "chroma": color.chroma}
         entry |= {"hue_deg": color.hue, "xyz": list(color.xyz)}
+        if others:
+            low, high = (end[index].tolist() for end in ends)
+            entry |= {"lab_low": low, "lab_high": high}
         if standard is not None:
             difference = color.difference(standard[index])
             numbers.append(difference)
@@ -80,6 +100,8 @@ def report_colors(
         shown = [f"{round(number, 2) + 0.0:.2f}" for number in numbers]
         if color.chroma < _GRAY:
             shown[_HUE] = ""
+        if others:
+            shown.insert(len(columns) - 2, f"{low[0]:.2f} to {high[0]:.2f}")
         rows.append([name, *shown])
         data.append(entry)
     first = colors[0]

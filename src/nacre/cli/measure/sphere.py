@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.measure.readings import (
+    alternatives,
     azimuth_options,
     chosen,
     color_options,
@@ -56,7 +57,8 @@ def command(
     (colors, known), *other = (_colors(brdf, incidence or (), settings) for brdf in materials)
     names = ["di:8", "de:8", *(f"{angle:g}:di" for angle in incidence or ())]
     standards = other[0][0] if other else None
-    report_colors(path, names, colors, standards, {"known_fraction": known})
+    plausible = [_colors(b, incidence or (), settings)[0] for b in alternatives(materials[0])]
+    report_colors(path, names, colors, standards, {"known_fraction": known}, plausible)
     note_known(min(known, *(share for _, share in other)) if other else known)
 
 
