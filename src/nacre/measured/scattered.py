@@ -22,9 +22,9 @@ from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.geometry import from_rusinkiewicz_angles, join, split
 from nacre.measured.interpolation import NEIGHBORS, Neighbours, SampleTree, interpolate, logarithms
-from nacre.measured.spectra import chosen_channels
 from nacre.numerics.direction_samples import DirectionSamples, Scattered
 from nacre.sampling import LobeSampledBrdf, check_isotropic
+from nacre.spectra import chosen_channels
 
 _HALF, _DIFFERENCE, _AZIMUTHS = 60, 48, 20
 """Nodes of an isotropic grid in theta_h and theta_d; largest number of steps in phi_d to pi."""

@@ -18,10 +18,12 @@ from nacre.io.tensors import (
     looks_like_tensors,
     to_bytes,
 )
+from nacre.neural import spectral_file
 from nacre.neural.chain import ChainBrdf
 from nacre.neural.chain_file import MODEL, described, made
 from nacre.neural.inputs import ENHANCED, PAPER, RECIPROCAL, SPINNING, STEREOGRAPHIC, has_axes
 from nacre.neural.nbrdf import PRECISIONS, NeuralBrdf, check_weights
+from nacre.neural.spectral import SpectralBrdf
 from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
 from nacre.sampling import describe_sampler, make_sampler
 
@@ -52,6 +54,11 @@ def encode(network: NeuralBrdf | ChainBrdf) -> bytes:
 
     Raises FormatError if `network` is no neural material, or the format cannot hold it.
     """
+    if isinstance(network, SpectralBrdf):
+        numbers = numbered_tensors(network.coefficient_layers)
+        numbers = {**numbers, "spectra": network.spectra.values}
+        stored = {k: v.astype(PRECISIONS[network.precision]) for k, v in numbers.items()}
+        return to_bytes(_KEY, spectral_file.described(network), stored, _LIMIT)
     if isinstance(network, ChainBrdf):
         return to_bytes(_KEY, described(network), numbered_tensors(network.layers), _LIMIT)
     if not isinstance(network, NeuralBrdf):
@@ -118,6 +125,11 @@ def load(path: PathLike) -> NeuralBrdf | ChainBrdf:
 
 
 def _from_header(header: dict[str, Any], tensors: Tensors) -> NeuralBrdf | ChainBrdf:
+    if header.get("model") == spectral_file.MODEL:
+        spectral = spectral_file.made(header, tensors)
+        check_json(header)
+        named = spectral.in_channels(texts(header["channels"], 3))
+        return named.replaced(notes=texts(header.get("notes", ())))
     if header.get("model") == MODEL:
         return _told(made(header, tensors), header)
     activations = [key for key, number in _VERSIONS.items() if number == header["version"]]

@@ -53,13 +53,13 @@ def scattered_samples(
         raise NacreError(f"{scan.name or 'scan'}: {few}; measure at least {MIN_SAMPLES}")
     kept, held = hold_out(len(scan.samples), held_out, seed)
     part = scan.subset(kept)
-    own = _with_mirrored(part.samples, scan.mirrored)
+    own = with_mirrored(part.samples, scan.mirrored)
     repeats = max(1, round(OWN_FRACTION * count / len(own)))
     rest = augmentation(part, max(0, count - repeats * len(own)), seed, progress)
     own = own[np.tile(np.arange(len(own)), repeats)]
     # Blocks of samples train together: they should not be all of one kind.
     order = np.random.default_rng((seed, 4)).permutation(len(own) + len(rest))
-    validation = _with_mirrored(scan.samples[held], scan.mirrored)
+    validation = with_mirrored(scan.samples[held], scan.mirrored)
     angle = axis_angle(part.samples, scan.isotropic, inputs)
     values, rest_values, held_values = (
         direction_inputs(of, scan.isotropic, inputs, angle) for of in (own, rest, validation)
@@ -130,7 +130,7 @@ def relative_errors(predicted: Floats, measured: Floats) -> tuple[float, float]:
     return float(np.median(relative)), float(relative.mean())
 
 
-def _with_mirrored(samples: DirectionSamples, mirrored: bool) -> DirectionSamples:
+def with_mirrored(samples: DirectionSamples, mirrored: bool) -> DirectionSamples:
     """The samples, with their mirror images in a plane with the normal if that changes nothing."""
     if not mirrored:
         return samples

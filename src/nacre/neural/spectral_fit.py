@@ -1,0 +1,242 @@
+"""From a reflectance with spectra to a spectral network."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from nacre.array import Doubles, Floats
+from nacre.brdf import Brdf, expect_brdf
+from nacre.errors import NacreError
+from nacre.neural.augmentation import augmentation
+from nacre.neural.broad_bands import BroadBands
+from nacre.neural.inputs import ENHANCED
+from nacre.neural.nbrdf import round_layers
+from nacre.neural.recipe import Recipe
+from nacre.neural.samples import Samples, direction_inputs
+from nacre.neural.scattered import (
+    MIN_SAMPLES,
+    OWN_FRACTION,
+    SCATTERED_SAMPLES,
+    WEIGHT,
+    clamped,
+    hold_out,
+    relative_errors,
+    with_mirrored,
+)
+from nacre.neural.spectral import LAST, SpectralBrdf
+from nacre.neural.training import initial_layers, train
+from nacre.numerics.direction_samples import DirectionSamples
+from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
+from nacre.runtime.parallel import one_blas_thread
+from nacre.runtime.progress import Progress, silent
+from nacre.sampling import check_isotropic, draw_samples, fit_lobes
+
+HIDDEN = (48, 48)
+"""Widths of the hidden layers unless others are asked for."""
+COEFFICIENTS = 10
+"""Outputs of the network, if there are as many bands."""
+SAMPLES = 400_000
+"""Samples drawn from what is no scan; five times as many where it is anisotropic."""
+_SPECTRA = 4096  # spectra from which the map from coefficients to bands is found
+_TRIAL = 20  # one in so many epochs chooses among the starts
+
+
+@dataclass(frozen=True)
+class _Data:
+    training: Samples
+    held_out: Samples
+    spectra: Floats  # (n, bands), to rebuild
+    highest: Doubles | None  # means that no fit to a scan exceeds, (k,)
+
+
+def fit_spectral(
+    brdf: Brdf, recipe: Recipe | None = None, *, progress: Progress | None = None
+) -> SpectralBrdf:
+    """Fit a spectral network to a reflectance that is known by wavelength.
+
+    Parameters
+    ----------
+    brdf
+        A reflectance with spectra (:attr:`nacre.Brdf.wavelengths`): a scan, a table, or a formula.
+    recipe
+        Settings; with :data:`HIDDEN` and the other defaults of :class:`Recipe` where None. Inputs
+        are always enhanced and hidden layers squared ReLUs; `size`, `gain` and `precision` are as
+        there, but that numbers are in half precision unless single is asked for.
+    progress
+        Called as the fit goes on.
+
+    Returns
+    -------
+    SpectralBrdf
+        In the channels of `brdf`, with lobes for importance sampling fitted to it, and settings and
+        errors in its metadata.
+
+    Raises
+    ------
+    NacreError
+        If there are no spectra, a setting does not apply, hardly any sample is valid, a scan has
+        too few, or training diverges.
+    """
+    from nacre.neural.replicas import ReplicaTrainer
+
+    expect_brdf(brdf, "a fit")
+    check_isotropic(brdf)
+    report, settings = progress or silent, _settled(brdf, recipe or Recipe(hidden=HIDDEN))
+    assert brdf.wavelengths is not None
+    broad = BroadBands.of(brdf.wavelengths, COEFFICIENTS)
+    scan = brdf.scattered()
+    made = _drawn if scan is None else _scanned
+    data = made(brdf, broad, settings, report)
+    sizes = settings.hidden, settings.seed, data.training.inputs
+    starts = [initial_layers(*sizes, k, data.training.outputs) for k in range(settings.starts)]
+    how = settings.batch, SQUARED_RELU, settings.epochs // _TRIAL, data.held_out
+    with ReplicaTrainer(starts, *how) as trainer:
+        quality = train(trainer, data.training, data.held_out, settings, progress)
+        layers = trainer.layers()
+    if not math.isfinite(sum(quality.values())):
+        raise NacreError(f"{brdf.name}: training diverged; lower the learning rate")
+    report("sampling lobes", 0, 1, "")
+    network = _network(brdf, broad, data, layers, settings)
+    facts = asdict(settings) | {"hidden": list(settings.hidden)}
+    if scan is not None:
+        quality = quality | _validation(scan, network, settings)
+        facts |= {"gain": None, "sampling": None}
+    metadata: dict[str, Any] = {"fit": facts, "quality": quality}
+    if brdf.source:
+        metadata["source"] = dict(brdf.source)
+    with one_blas_thread():
+        network = network.replaced(metadata=metadata, notes=brdf.notes)
+        network = network.replaced(sampler=fit_lobes(network))
+    report("sampling lobes", 1, 1, "")
+    return network
+
+
+def _settled(brdf: Brdf, recipe: Recipe) -> Recipe:
+    """The recipe with nothing left open."""
+    name, scan = brdf.name or "this material", brdf.scattered()
+    if brdf.wavelengths is None:
+        raise NacreError(f"{name}: is known in RGB only, and a spectral network needs spectra")
+    if recipe.physical or recipe.inputs not in (None, ENHANCED):
+        raise NacreError(
+            f"{name}: spectral networks have enhanced inputs and are not physical; leave these "
+            "settings out"
+        )
+    if recipe.activation not in (None, SQUARED_RELU):
+        raise NacreError(f"{name}: spectral networks have squared ReLUs; leave the activation out")
+    usual = SAMPLES if scan is None else SCATTERED_SAMPLES
+    usual *= 1 if brdf.isotropic else 5
+    settled = replace(
+        recipe,
+        inputs=ENHANCED,
+        samples=recipe.samples or round(recipe.sample_share * usual),
+        precision=recipe.stored_precision,
+        activation=SQUARED_RELU,
+        gain=recipe.loss_gain if scan is None else 1.0,
+    )
+    if scan is None:
+        return settled
+    if len(scan.samples) < MIN_SAMPLES:
+        few = f"{len(scan.samples)} samples are too few to fit a network to"
+        raise NacreError(f"{name}: {few}; measure at least {MIN_SAMPLES}")
+    half = max(16, recipe.batch // 32 * 16)
+    return replace(settled, batch=half, learning_rate=0.5 * recipe.learning_rate)
+
+
+def _drawn(brdf: Brdf, broad: BroadBands, recipe: Recipe, report: Progress) -> _Data:
+    """Samples of what is known at any pair of directions."""
+
+    def values(wi: Floats, wo: Floats) -> Floats:
+        return broad.means(brdf.eval_spectral(wi, wo))
+
+    def sampled(done: int, total: int) -> None:
+        report("sampling", done, total, "")
+
+    count, how = recipe.samples or SAMPLES, recipe.sampling
+    drawn = draw_samples(brdf, count, recipe.seed, sampled, how, values)
+    samples = _packed(drawn, brdf.isotropic, recipe.loss_gain * drawn.cosine)
+    some = slice(0, _SPECTRA)
+    spectra = brdf.eval_spectral(drawn.wi[some], drawn.wo[some])
+    return _Data(*samples.split(recipe.held_out), spectra, None)
+
+
+def _scanned(scan: Any, broad: BroadBands, recipe: Recipe, report: Progress) -> _Data:
+    """Samples of a scan; see :mod:`nacre.neural.scattered`."""
+    kept, held = hold_out(len(scan.samples), recipe.held_out, recipe.seed)
+    # From here on it is a scan in broad bands, which are fewer to interpolate.
+    coarse = scan.replaced(spectra=broad.means(scan.spectra), wavelengths=broad.centers)
+    part = coarse.subset(kept)
+
+    def sampled(done: int, total: int) -> None:
+        report("sampling", done, total, "")
+
+    own, count = _own(part), recipe.samples or SCATTERED_SAMPLES
+    repeats = max(1, round(OWN_FRACTION * count / len(own)))
+    rest = max(0, count - repeats * len(own))
+    drawn = augmentation(part, rest, recipe.seed, sampled, part.eval_spectral)
+    # Blocks of samples train together: they should not be all of one kind.
+    order = np.random.default_rng((recipe.seed, 4)).permutation(repeats * len(own) + rest)
+    wi, wo, values = (
+        np.concatenate([np.tile(a, (repeats, 1)), b])[order]
+        for a, b in ((own.wi, drawn.wi), (own.wo, drawn.wo), (own.rgb, drawn.rgb))
+    )
+    every, judged = DirectionSamples(wi, wo, values), _own(coarse.subset(held))
+    return _Data(
+        _packed(every, scan.isotropic, np.full(len(every), WEIGHT)),
+        _packed(judged, scan.isotropic, judged.cosine),
+        scan.spectra[kept],
+        part.spectra.max(axis=0),
+    )
+
+
+def _own(scan: Any) -> DirectionSamples:
+    """The samples of a scan with its spectra in place of colors."""
+    samples = scan.samples
+    return with_mirrored(DirectionSamples(samples.wi, samples.wo, scan.spectra), scan.mirrored)
+
+
+def _packed(samples: DirectionSamples, isotropic: bool, weight: Floats) -> Samples:
+    return Samples.pack(direction_inputs(samples, isotropic, ENHANCED), samples.rgb, weight)
+
+
+def _network(
+    brdf: Brdf, broad: BroadBands, data: _Data, layers: Sequence[Layer], recipe: Recipe
+) -> SpectralBrdf:
+    activations = [*[SQUARED_RELU] * (len(layers) - 1), LAST]
+    if data.highest is not None:
+        layers = clamped(layers, data.highest)
+        activations[-1:] = [RELU, LAST]
+    rounded = round_layers(
+        [*layers, Layer(broad.rebuilding(data.spectra), np.zeros(data.spectra.shape[1]))],
+        recipe.stored_precision,
+    )
+    network = SpectralBrdf(
+        rounded[:-1],
+        activations,
+        rounded[-1].weights,
+        np.asarray(brdf.wavelengths),
+        inputs=ENHANCED if brdf.isotropic else "enhanced anisotropic",
+        name=brdf.name,
+        precision=recipe.stored_precision,
+    )
+    return network.in_channels(brdf.channels)
+
+
+def _validation(scan: Any, network: SpectralBrdf, recipe: Recipe) -> dict[str, float]:
+    """How well spectra of held-out samples are predicted: by the fit, and by the nearest sample."""
+    kept, held = hold_out(len(scan.samples), recipe.held_out, recipe.seed)
+    part, truth, wanted = scan.subset(kept), scan.samples[held], scan.spectra[held]
+    nearest = part.spectra[part.nearest(truth.wi, truth.wo)]
+    median, mean = relative_errors(network.eval_spectral(truth.wi, truth.wo), wanted)
+    nearest_median, nearest_mean = relative_errors(nearest, wanted)
+    return {
+        "held_out_samples": len(held),
+        "held_out_median_error": median,
+        "held_out_mean_error": mean,
+        "nearest_sample_median_error": nearest_median,
+        "nearest_sample_mean_error": nearest_mean,
+    }
