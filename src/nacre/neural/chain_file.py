@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from nacre.brdf import COLOR
@@ -74,3 +74,12 @@ def numbered_layers(tensors: Tensors, count: int) -> list[Layer]:
         Layer(tensors[f"weights_{number}"], tensors[f"biases_{number}"])
         for number in range(1, count + 1)
     ]
+
+
+def numbered_tensors(layers: Sequence[Layer], prefix: str = "") -> Tensors:
+    """Weights and biases of layers, numbered from 1."""
+    return {
+        f"{prefix}{part}_{index}": array
+        for index, layer in enumerate(layers, 1)
+        for part, array in zip(("weights", "biases"), layer, strict=True)
+    }

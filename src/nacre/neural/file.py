@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,7 +19,7 @@ from nacre.io.tensors import (
 )
 from nacre.neural import spectral_file
 from nacre.neural.chain import ChainBrdf
-from nacre.neural.chain_file import MODEL, described, made
+from nacre.neural.chain_file import MODEL, described, made, numbered_tensors
 from nacre.neural.inputs import ENHANCED, PAPER, RECIPROCAL, SPINNING, STEREOGRAPHIC, has_axes
 from nacre.neural.nbrdf import PRECISIONS, NeuralBrdf, check_weights
 from nacre.neural.spectral import SpectralBrdf
@@ -55,10 +54,7 @@ def encode(network: NeuralBrdf | ChainBrdf) -> bytes:
     Raises FormatError if `network` is no neural material, or the format cannot hold it.
     """
     if isinstance(network, SpectralBrdf):
-        numbers = numbered_tensors(network.coefficient_layers)
-        numbers = {**numbers, "spectra": network.spectra.values}
-        stored = {k: v.astype(PRECISIONS[network.precision]) for k, v in numbers.items()}
-        return to_bytes(_KEY, spectral_file.described(network), stored, _LIMIT)
+        return to_bytes(_KEY, spectral_file.described(network), network.stored, _LIMIT)
     if isinstance(network, ChainBrdf):
         return to_bytes(_KEY, described(network), numbered_tensors(network.layers), _LIMIT)
     if not isinstance(network, NeuralBrdf):
@@ -101,15 +97,6 @@ def texts(found: Any, count: int | None = None) -> tuple[Any, ...]:
     if count is not None and len(found) != count:
         raise ValueError(f"field 'channels' has {len(found)} names, expected {count}")
     return tuple(found)
-
-
-def numbered_tensors(layers: Sequence[Layer], prefix: str = "") -> Tensors:
-    """Weights and biases of layers, numbered from 1."""
-    return {
-        f"{prefix}{part}_{index}": array
-        for index, layer in enumerate(layers, 1)
-        for part, array in zip(("weights", "biases"), layer, strict=True)
-    }
 
 
 def save(network: NeuralBrdf | ChainBrdf, path: PathLike) -> None:

@@ -19,8 +19,10 @@ from nacre.array import Array, Components, Floats, Table, namespace
 from nacre.brdf import COLOR, Sampler
 from nacre.errors import NacreError
 from nacre.geometry import split
+from nacre.io.tensors import PRECISIONS, Tensors
 from nacre.neural.chain import ChainBrdf
-from nacre.neural.nbrdf import PRECISIONS, SINGLE
+from nacre.neural.chain_file import numbered_tensors
+from nacre.neural.nbrdf import SINGLE
 from nacre.numerics.direction_samples import loss_scale
 from nacre.numerics.mlp import Layer
 from nacre.spectra import as_channels, chosen_channels
@@ -47,7 +49,8 @@ class SpectralBrdf(ChainBrdf):
     metadata
         JSON-able facts about the fit and its source, kept in the file.
     precision
-        How a file stores the numbers, "single" or "half", which must hold them exactly.
+        How a file stores weights and spectra, "single" or "half", which must hold them exactly;
+        biases are single, since dark f_r is a small difference of large ones.
 
     Raises
     ------
@@ -97,8 +100,8 @@ class SpectralBrdf(ChainBrdf):
         self.spectra, self._bands = Table(table), Table(bands)
         self.metadata: Mapping[str, Any] = dict(metadata or {})
         self.precision = precision
-        kind = PRECISIONS[precision]
-        if not all((a.astype(kind) == a).all() for a in self.numbers):
+        exact = zip(self.numbers.values(), self.stored.values(), strict=True)
+        if not all(np.array_equal(array, kept) for array, kept in exact):
             raise ValueError(f"{precision} precision does not hold these numbers")
 
     @property
@@ -107,18 +110,27 @@ class SpectralBrdf(ChainBrdf):
         return tuple(self.layers[:-1])
 
     @property
-    def numbers(self) -> tuple[Floats, ...]:
-        """All numbers that a file stores: weights and biases of every layer, and the spectra."""
-        layers = (array for layer in self.coefficient_layers for array in layer)
-        return (*layers, self.spectra.values)
+    def numbers(self) -> Tensors:
+        """Weights and biases of every layer, numbered from 1, and the spectra, all float32."""
+        return numbered_tensors(self.coefficient_layers) | {"spectra": self.spectra.values}
+
+    @property
+    def stored(self) -> Tensors:
+        """:attr:`numbers` as files store them."""
+        kind = PRECISIONS[self.precision]
+        return {
+            name: array if name.startswith("biases") else array.astype(kind)
+            for name, array in self.numbers.items()
+        }
 
     @property
     def weight_count(self) -> int:
-        return sum(array.size for array in self.numbers)
+        """How many numbers there are."""
+        return sum(array.size for array in self.numbers.values())
 
     @property
     def nbytes(self) -> int:
-        return PRECISIONS[self.precision].itemsize * self.weight_count
+        return sum(array.nbytes for array in self.stored.values())
 
     def color(self) -> ChainBrdf:
         """The same network in its three channels, without the spectra: f_r is the same."""

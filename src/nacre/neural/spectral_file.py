@@ -47,10 +47,10 @@ def made(header: Mapping[str, Any], tensors: Tensors) -> SpectralBrdf:
     if not isinstance(wavelengths, list) or not 1 <= len(wavelengths) <= _MOST_BANDS:
         raise ValueError(f"field 'wavelengths' does not list 1 to {_MOST_BANDS} numbers")
     layers, spectra = chain_file.numbered_layers(tensors, len(sizes) - 1), tensors["spectra"]
-    kinds = {tensor.dtype for tensor in tensors.values()}
+    kinds = {array.dtype for name, array in tensors.items() if not name.startswith("biases")}
     stored = [name for name, kind in PRECISIONS.items() if kinds <= {kind}]
     if not stored:
-        raise ValueError("tensors do not hold float32 or float16 numbers, all alike")
+        raise ValueError("weights do not hold float32 or float16 numbers, all alike")
     check_weights(layers, SQUARED_RELU)
     check_numbers({"spectra": spectra}, _LARGEST)
     network = SpectralBrdf(

@@ -15,7 +15,7 @@ from nacre.errors import NacreError
 from nacre.neural.augmentation import augmentation
 from nacre.neural.broad_bands import BroadBands
 from nacre.neural.inputs import ENHANCED
-from nacre.neural.nbrdf import round_layers
+from nacre.neural.nbrdf import PRECISIONS, round_layers
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import Samples, direction_inputs
 from nacre.neural.scattered import (
@@ -36,8 +36,6 @@ from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling import check_isotropic, draw_samples, fit_lobes
 
-HIDDEN = (48, 48)
-"""Widths of the hidden layers unless others are asked for."""
 COEFFICIENTS = 10
 """Outputs of the network, if there are as many bands."""
 SAMPLES = 400_000
@@ -64,9 +62,8 @@ def fit_spectral(
     brdf
         A reflectance with spectra (:attr:`nacre.Brdf.wavelengths`): a scan, a table, or a formula.
     recipe
-        Settings; with :data:`HIDDEN` and the other defaults of :class:`Recipe` where None. Inputs
-        are always enhanced and hidden layers squared ReLUs; `size`, `gain` and `precision` are as
-        there, but that numbers are in half precision unless single is asked for.
+        Settings; :meth:`Recipe.spectral` where None. Inputs are enhanced and hidden layers squared
+        ReLUs; there is no `size`.
     progress
         Called as the fit goes on.
 
@@ -86,7 +83,7 @@ def fit_spectral(
 
     expect_brdf(brdf, "a fit")
     check_isotropic(brdf)
-    report, settings = progress or silent, _settled(brdf, recipe or Recipe(hidden=HIDDEN))
+    report, settings = progress or silent, _settled(brdf, recipe or Recipe.spectral())
     assert brdf.wavelengths is not None
     broad = BroadBands.of(brdf.wavelengths, COEFFICIENTS)
     scan = brdf.scattered()
@@ -126,6 +123,8 @@ def _settled(brdf: Brdf, recipe: Recipe) -> Recipe:
             f"{name}: spectral networks have enhanced inputs and are not physical; leave these "
             "settings out"
         )
+    if recipe.size is not None:
+        raise NacreError(f"{name}: spectral networks have no size limit; choose the hidden layers")
     if recipe.activation not in (None, SQUARED_RELU):
         raise NacreError(f"{name}: spectral networks have squared ReLUs; leave the activation out")
     usual = SAMPLES if scan is None else SCATTERED_SAMPLES
@@ -210,14 +209,15 @@ def _network(
     if data.highest is not None:
         layers = clamped(layers, data.highest)
         activations[-1:] = [RELU, LAST]
-    rounded = round_layers(
-        [*layers, Layer(broad.rebuilding(data.spectra), np.zeros(data.spectra.shape[1]))],
-        recipe.stored_precision,
-    )
+    rounded = [
+        Layer(kept.weights, layer.biases)
+        for kept, layer in zip(round_layers(layers, recipe.stored_precision), layers, strict=True)
+    ]
+    spectra = broad.rebuilding(data.spectra).astype(PRECISIONS[recipe.stored_precision])
     network = SpectralBrdf(
-        rounded[:-1],
+        rounded,
         activations,
-        rounded[-1].weights,
+        spectra,
         np.asarray(brdf.wavelengths),
         inputs=ENHANCED if brdf.isotropic else "enhanced anisotropic",
         name=brdf.name,
