@@ -64,7 +64,7 @@ def spectral_network(bands=BANDS, coefficients: int = 4, seed: int = 0, **option
     bound += [Layer(-np.eye(coefficients), np.full(coefficients, 2.0))]
     raised = Layer(np.eye(coefficients), np.full(coefficients, 0.05))
     activations = [SQUARED_RELU, RELU, RELU, LAST]
-    spectra = random.random((coefficients, len(bands)))
+    spectra = 0.1 * random.random((coefficients, len(bands)))
     made = [*layers[:-1], *bound, raised]
     return SpectralBrdf(made, activations, spectra, bands, name="random", **options)
 

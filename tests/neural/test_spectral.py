@@ -91,7 +91,7 @@ def test_files_bring_everything_back(tmp_path, bands, precision):
     nacre.save(network, tmp_path / "a.safetensors")
     back = nacre.load(tmp_path / "a.safetensors")
     assert isinstance(back, SpectralBrdf)
-    assert encode(back) == (tmp_path / "a.safetensors").read_bytes()
+    assert encode(back) == encode(network)
     wi, wo = pairs()
     np.testing.assert_array_equal(back.eval_spectral(wi, wo), network.eval_spectral(wi, wo))
     np.testing.assert_array_equal(back.eval(wi, wo), network.eval(wi, wo))
@@ -201,7 +201,7 @@ def test_settings_that_do_not_apply_are_refused(settings, message):
 
 def test_a_material_in_rgb_is_refused():
     with pytest.raises(NacreError, match="known in RGB only"):
-        fit_spectral(Glossy())
+        fit_spectral(Glossy(0.2, 0.1, 0.3))
     with pytest.raises(NacreError, match="too few"):
         fit_spectral(scanned(Coated(), 8))
 

@@ -59,7 +59,6 @@ class SpectralBrdf(ChainBrdf):
         precision does not hold them.
     """
 
-    cooperative = False
     isotropy_known = True
 
     def __init__(
@@ -96,6 +95,7 @@ class SpectralBrdf(ChainBrdf):
             source=source,
             sampler=sampler,
         )
+        self.cooperative = False  # renderers need the coefficients, not the channels alone
         self.wavelengths, self.channels = bands, names
         self.spectra, self._bands = Table(table), Table(bands)
         self.metadata: Mapping[str, Any] = dict(metadata or {})

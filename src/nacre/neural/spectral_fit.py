@@ -36,8 +36,7 @@ from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling import check_isotropic, draw_samples, fit_lobes
 
-COEFFICIENTS = 10
-"""Outputs of the network, if there are as many bands."""
+COEFFICIENTS = 10  # outputs of the network, if there are as many bands
 SAMPLES = 400_000
 """Samples drawn from what is no scan; five times as many where it is anisotropic."""
 _SPECTRA = 4096  # spectra from which the map from coefficients to bands is found
@@ -53,7 +52,11 @@ class _Data:
 
 
 def fit_spectral(
-    brdf: Brdf, recipe: Recipe | None = None, *, progress: Progress | None = None
+    brdf: Brdf,
+    recipe: Recipe | None = None,
+    *,
+    coefficients: int = COEFFICIENTS,
+    progress: Progress | None = None,
 ) -> SpectralBrdf:
     """Fit a spectral network to a reflectance that is known by wavelength.
 
@@ -64,6 +67,8 @@ def fit_spectral(
     recipe
         Settings; :meth:`Recipe.spectral` where None. Inputs are enhanced and hidden layers squared
         ReLUs; there is no `size`.
+    coefficients
+        Outputs of the network, at most 32; as many as there are bands, if these are fewer.
     progress
         Called as the fit goes on.
 
@@ -85,7 +90,7 @@ def fit_spectral(
     check_isotropic(brdf)
     report, settings = progress or silent, _settled(brdf, recipe or Recipe.spectral())
     assert brdf.wavelengths is not None
-    broad = BroadBands.of(brdf.wavelengths, COEFFICIENTS)
+    broad = BroadBands.of(brdf.wavelengths, coefficients)
     scan = brdf.scattered()
     made = _drawn if scan is None else _scanned
     data = made(brdf, broad, settings, report)
