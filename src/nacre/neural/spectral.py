@@ -233,4 +233,4 @@ class SpectralBrdf(ChainBrdf):
 def _mixing(spectra: Floats, weights: Floats) -> Layer:
     """The layer from e^x to channels that are sums of bands, with weights (bands, 3)."""
     mixed = spectra.astype(np.float64) @ weights
-    return Layer(mixed, -mixed.sum(axis=0))
+    return Layer(mixed.astype(np.float32), -mixed.sum(axis=0).astype(np.float32))
