@@ -203,9 +203,9 @@ class SpectralFitting(NetworkFitting):
 
     def check(self) -> None:
         """See :class:`Fitting`; also raises if a device is named, or the file holds RGB."""
-        super().check()
         if self._keras:
-            raise NacreError(f"*{self.ending}: {PAPER_ONLY}")
+            raise NacreError(f"*{self.ending}: holds RGB networks only; write a .safetensors file")
+        super().check()
         if self.device is not None or self.free_scale:
             raise NacreError("spectral networks are fitted on the CPU, without a prior")
 
