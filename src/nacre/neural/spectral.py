@@ -28,6 +28,7 @@ from nacre.numerics.mlp import Layer
 from nacre.spectra import as_channels, chosen_channels
 
 LAST = "exp"  # what follows the layer of coefficients
+MOST_COEFFICIENTS = 32  # of a file, whose sums then stay finite
 _LARGEST = 1e38  # of f_r in 1/sr, which float32 holds
 _TINY = 1e-6  # nm: keeps a wavelength beyond the last band from dividing by 0
 

@@ -8,7 +8,7 @@ from typing import Any
 from nacre.io.tensors import Tensors, check_numbers
 from nacre.neural import chain_file
 from nacre.neural.nbrdf import PRECISIONS, check_weights
-from nacre.neural.spectral import SpectralBrdf
+from nacre.neural.spectral import MOST_COEFFICIENTS, SpectralBrdf
 from nacre.numerics.mlp import SQUARED_RELU
 from nacre.sampling import make_sampler
 
@@ -17,7 +17,7 @@ _FIELDS = (
     *("version", "model", "sizes", "activations", "inputs", "isotropic", "color_space", "name"),
     *("sampler", "channels", "notes", "wavelengths"),
 )
-_MOST_LAYERS, _MOST_COEFFICIENTS = 8, 32
+_MOST_LAYERS = 8
 _MOST_BANDS = 4096
 _LARGEST = 100.0  # of the numbers of spectra: sums of e^x times them do not overflow
 
@@ -42,7 +42,7 @@ def made(header: Mapping[str, Any], tensors: Tensors) -> SpectralBrdf:
         raise ValueError(f"version {header['version']}; this nacre reads version 1")
     chain_file.check_fields(header)
     sizes, wavelengths = header["sizes"], header["wavelengths"]
-    if len(sizes) - 1 > _MOST_LAYERS or not 1 <= int(sizes[-1]) <= _MOST_COEFFICIENTS:
+    if len(sizes) - 1 > _MOST_LAYERS or not 1 <= int(sizes[-1]) <= MOST_COEFFICIENTS:
         raise ValueError("field 'sizes' has too many layers or coefficients")
     if not isinstance(wavelengths, list) or not 1 <= len(wavelengths) <= _MOST_BANDS:
         raise ValueError(f"field 'wavelengths' does not list 1 to {_MOST_BANDS} numbers")

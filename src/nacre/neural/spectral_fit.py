@@ -28,7 +28,7 @@ from nacre.neural.scattered import (
     relative_errors,
     with_mirrored,
 )
-from nacre.neural.spectral import LAST, SpectralBrdf
+from nacre.neural.spectral import LAST, MOST_COEFFICIENTS, SpectralBrdf
 from nacre.neural.training import initial_layers, train
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
@@ -83,6 +83,8 @@ def fit_spectral(
     NacreError
         If there are no spectra, a setting does not apply, hardly any sample is valid, a scan has
         too few, or training diverges.
+    ValueError
+        If there are more coefficients than a file holds.
     """
     from nacre.neural.replicas import ReplicaTrainer
 
@@ -90,6 +92,8 @@ def fit_spectral(
     check_isotropic(brdf)
     report, settings = progress or silent, _settled(brdf, recipe or Recipe.spectral())
     assert brdf.wavelengths is not None
+    if not 1 <= coefficients <= MOST_COEFFICIENTS:
+        raise ValueError(f"coefficients must be 1 to {MOST_COEFFICIENTS}, got {coefficients}")
     broad = BroadBands.of(brdf.wavelengths, coefficients)
     scan = brdf.scattered()
     made = _drawn if scan is None else _scanned
