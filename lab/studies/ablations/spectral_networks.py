@@ -25,6 +25,7 @@ import numpy.typing as npt
 
 import nacre
 from lab.studies.study import Study, data, log
+from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.errors import require
 from nacre.geometry import half_vector, split
@@ -62,8 +63,8 @@ class Judged(Brdf):
     def eval_components(self, wi, wo):  # type: ignore[no-untyped-def]
         raise NotImplementedError
 
-    def eval_bands(self, wi: Array, wo: Array) -> Array:
-        return self.predict(wi, wo)
+    def eval_bands(self, wi: Floats, wo: Floats) -> Floats:
+        return self.predict(np.asarray(wi, np.float64), np.asarray(wo, np.float64))
 
 
 class Truth(Judged):
@@ -143,7 +144,7 @@ def row(scan: ScatteredBrdf, seed: int, judged: Brdf, nbytes: int) -> list[str]:
     _, held = hold_out(len(scan.samples), 0.2, seed)
     part = scan.subset(held)
     where = part.samples.wi, part.samples.wo
-    truth = Judged(lambda wi, wo: np.maximum(part.spectra, 0.0), scan.wavelengths)  # type: ignore[arg-type]
+    truth = Judged(lambda wi, wo: np.maximum(part.spectra, 0.0), scan.wavelengths)
     found = mean_differences(truth, judged, *where)
     cells = [f"{nbytes:,}", *(f"{value:.3f}" for value in found.values())]
     if judged.wavelengths is None:
@@ -154,11 +155,11 @@ def row(scan: ScatteredBrdf, seed: int, judged: Brdf, nbytes: int) -> list[str]:
 def left_out(scan: ScatteredBrdf, seed: int, judged: Brdf) -> str:
     """Median relative error in the bands between those that were fitted, in percent."""
     _, held = hold_out(len(scan.samples), 0.2, seed)
-    part, found = scan.subset(held), np.empty((len(held), len(scan.wavelengths)))  # type: ignore[arg-type]
+    part, found = scan.subset(held), np.empty((len(held), len(scan.wavelengths)))
     values = judged.eval_spectral(part.samples.wi, part.samples.wo)
     for index, spectrum in enumerate(values):
-        found[index] = np.interp(scan.wavelengths, judged.wavelengths, spectrum)  # type: ignore[arg-type]
-    return f"{100.0 * relative_errors(found[:, 1::2], part.spectra[:, 1::2])[0]:.1f}"  # type: ignore[index]
+        found[index] = np.interp(scan.wavelengths, judged.wavelengths, spectrum)
+    return f"{100.0 * relative_errors(found[:, 1::2], part.spectra[:, 1::2])[0]:.1f}"
 
 
 def trained(
@@ -192,7 +193,7 @@ def samples(scan: ScatteredBrdf, seed: int) -> tuple[Array, Array, list[Array]]:
     kept, held = hold_out(len(scan.samples), 0.2, seed)
     part, last = scan.subset(kept), scan.subset(held)
     own, judged = (
-        with_mirrored(DirectionSamples(s.samples.wi, s.samples.wo, s.spectra), True)  # type: ignore[arg-type]
+        with_mirrored(DirectionSamples(s.samples.wi, s.samples.wo, s.spectra), True)
         for s in (part, last)
     )
     repeats = round(160_000 / len(own))

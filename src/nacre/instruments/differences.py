@@ -24,7 +24,7 @@ def mean_differences(
     wo: npt.ArrayLike | None = None,
     *,
     seed: int = 0,
-) -> Mapping[Illuminant, float]:
+) -> Mapping[str, float]:
     """Mean CIEDE2000 difference under D65, A and F11, for the 2-degree observer.
 
     At each pair of directions the color of a surface with the reflectance factor pi f_r is taken,
@@ -55,7 +55,7 @@ def mean_differences(
     return {name: float(ciede2000(*(lab[name] for lab in labs)).mean()) for name in ILLUMINANTS}
 
 
-def spectral_differences(truth: Brdf, other: Brdf, *, seed: int = 0) -> Mapping[Illuminant, float]:
+def spectral_differences(truth: Brdf, other: Brdf, *, seed: int = 0) -> Mapping[str, float]:
     """:func:`mean_differences` from a reference with spectra, where both have colors; else none."""
     if truth.wavelengths is None or not truth.channels == other.channels == COLOR:
         return {}
