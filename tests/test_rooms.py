@@ -31,6 +31,7 @@ TOP = {
     "registry.py",
     "render.py",
     "signatures.py",
+    "spectra.py",
 }
 """Interfaces, registries, and what every room speaks in: directions, colors, arrays, errors."""
 

@@ -14,7 +14,7 @@ from nacre.errors import FormatError
 from nacre.formats import identify
 from nacre.geometry import from_spherical, join, split, to_spherical
 from nacre.measured import cornell
-from nacre.measured.spectra import to_rgb
+from nacre.spectra import to_rgb
 from tests.data import list_data, require_data
 from tests.measured import support
 from tests.measured.support import hemisphere, write

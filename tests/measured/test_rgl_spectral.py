@@ -15,8 +15,8 @@ import nacre
 from nacre.errors import NacreError
 from nacre.geometry import split
 from nacre.measured import rgl
-from nacre.measured.spectra import to_rgb
 from nacre.measured.tensor_file import read_tensors
+from nacre.spectra import to_rgb
 from tests.data import require_data
 from tests.measured import support
 from tests.measured.support import (

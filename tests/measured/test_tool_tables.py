@@ -176,7 +176,7 @@ def test_spectra_of_colors_have_these_colors() -> None:
     values = specular_nodes.spectra(brdf, wi, wo)
     assert values.shape == (50, 16)
     assert (values >= 0.0).all()
-    rgb = nacre.measured.spectra.to_rgb(values, specular_nodes.BANDS)
+    rgb = nacre.spectra.to_rgb(values, specular_nodes.BANDS)
     np.testing.assert_allclose(rgb, brdf.eval(wi, wo), rtol=2e-3, atol=1e-6)
 
 

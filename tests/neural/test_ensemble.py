@@ -148,11 +148,11 @@ def test_a_few_values_have_students_interval() -> None:
 
 
 def test_samples_with_less_noise_are_repeated_more_often() -> None:
-    from nacre.neural.scattered import _repeated
+    from nacre.neural.scattered import repeated
 
     samples = scan().samples
     sigma = np.where(np.arange(len(samples)) % 2, 0.5, 0.02) * samples.rgb.mean(axis=1)
-    chosen = _repeated(type(samples)(samples.wi, samples.wo, samples.rgb, sigma), 6000, 0)
+    chosen = repeated(type(samples)(samples.wi, samples.wo, samples.rgb, sigma), 6000, 0)
     assert abs(len(chosen) - 6000) < len(samples)
     noisy = np.isclose(chosen.sigma / chosen.rgb.mean(axis=1), 0.5).mean()
     assert 0.02 < noisy < 0.12

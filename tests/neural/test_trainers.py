@@ -19,8 +19,11 @@ from tests.tiers import tiered
 
 torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
 
-SHAPES = [(6, 21, 21, 3), (6, 12, 12, 3), (6, 32, 16, 8, 3), (6, 5, 3), (7, 13, 12, 3)]
-"""The last with as many inputs as enhanced networks of anisotropic materials have."""
+SHAPES = [
+    *((6, 21, 21, 3), (6, 12, 12, 3), (6, 32, 16, 8, 3), (6, 5, 3), (7, 13, 12, 3)),
+    *((6, 12, 1), (6, 16, 10, 31)),
+]
+"""Those of a spectral network's coefficients have other outputs than three."""
 
 
 def random_layers(sizes, seed=0, activation=RELU):
@@ -35,11 +38,11 @@ def random_layers(sizes, seed=0, activation=RELU):
     ]
 
 
-def random_samples(count, seed=0, heaviest=1.0, inputs=6):
+def random_samples(count, seed=0, heaviest=1.0, inputs=6, outputs=3):
     random = np.random.default_rng(seed)
     return Samples.pack(
         random.normal(size=(count, inputs)),
-        random.exponential(size=(count, 3)),
+        random.exponential(size=(count, outputs)),
         random.uniform(0.01, heaviest, count),
     )
 
@@ -51,8 +54,8 @@ def flat(layers):
 def autograd(layers, samples, order, activation=RELU, offset=1.0):
     """Loss and gradient in float64 PyTorch, written without the package's code."""
     count = samples.inputs
-    rows = samples.blocks.reshape(-1, count + 4, BLOCK)[order].transpose(0, 2, 1)
-    rows = torch.tensor(rows.reshape(-1, count + 4), dtype=torch.float64)
+    rows = samples.blocks.reshape(-1, samples.rows, BLOCK)[order].transpose(0, 2, 1)
+    rows = torch.tensor(rows.reshape(-1, samples.rows), dtype=torch.float64)
     parameters = [
         torch.tensor(p, dtype=torch.float64, requires_grad=True)
         for y in layers
@@ -67,7 +70,7 @@ def autograd(layers, samples, order, activation=RELU, offset=1.0):
     u = (torch.exp(x) - offset) * weight
     below = (u < 0) & (weight > 1)
     logarithm = torch.where(below, -torch.log1p(u.abs()), torch.log1p(u.where(~below, 0 * u)))
-    loss = (logarithm - torch.log1p(rows[:, -4:-1])).abs().mean()
+    loss = (logarithm - torch.log1p(rows[:, count:-1])).abs().mean()
     loss.backward()
     return float(loss.detach()), np.concatenate([p.grad.numpy().ravel() for p in parameters])
 
@@ -77,7 +80,7 @@ def autograd(layers, samples, order, activation=RELU, offset=1.0):
 @pytest.mark.parametrize("activation", ACTIVATIONS)
 def test_kernel_gradient_matches_autograd(sizes, count, activation):
     layers = random_layers(sizes, activation=activation)
-    samples = random_samples(count, inputs=sizes[0])
+    samples = random_samples(count, inputs=sizes[0], outputs=sizes[-1])
     order = np.random.default_rng(1).permutation(samples.block_count)
     loss, gradient = KernelTrainer(layers, 512, activation).gradient(samples, order)
     expected_loss, expected = autograd(layers, samples, order, activation)

@@ -26,7 +26,7 @@ READ = """
 import sys, time
 import numpy as np
 import nacre
-from nacre.measured.spectra import rgb_weights
+from nacre.spectra import rgb_weights
 def now():
     facts = dict(line.split(":") for line in open("/proc/self/status"))
     return [int(facts[name].split()[0]) * 1024 / 1e6 for name in ("VmRSS", "VmHWM")]

@@ -72,6 +72,7 @@ def _reflectances(reference: Path, other: Path, output: Path, chosen: dict[str, 
     from nacre.figures import picture
     from nacre.figures.comparison_sheet import flip_scale
     from nacre.formats import load_brdf
+    from nacre.instruments.differences import spectral_differences
     from nacre.metrics import compare
     from nacre.mitsuba.environment import load_environment
     from nacre.mitsuba.preview import write_bytes
@@ -83,7 +84,8 @@ def _reflectances(reference: Path, other: Path, output: Path, chosen: dict[str, 
     comparison = compare(
         *materials, size=chosen["size"], environment=lighting, progress=line.parts("comparing")
     )
-    comparison = replace(comparison, truth=reference.name, other=other.name)
+    colors = spectral_differences(*materials)
+    comparison = replace(comparison, truth=reference.name, other=other.name, colors=colors)
     write_bytes(picture(comparison), output)
     figures = print_comparison(comparison)
     scale = flip_scale(comparison)

@@ -21,8 +21,8 @@ from nacre.errors import FormatError
     "File (.safetensors, .h5 or .json) or folder/ to write.",
     options.preset_option(applies="network", first=True),
     option("--model", applies="brdf", first=True, default="nbrdf", metavar="NAME"),
-    "Model to fit: nbrdf (a network), an analytic one (ggx, sgd, ...) or a standard one (openpbr, "
-    "principled, gltf, closures). An unknown name lists all.",
+    "Model to fit: nbrdf (a network), spectral (a network over wavelength), an analytic one (ggx, "
+    "sgd, ...) or a standard one (openpbr, principled, gltf, closures). An unknown name lists all.",
     option("--physical", applies="network", first=True, is_flag=True),
     "Fit a network that is reciprocal, positive and energy-conserving.",
     option("--max-bytes", IntRange(64, 1 << 20), applies="network", first=True, metavar="BYTES"),

@@ -142,11 +142,12 @@ def _fitting(chosen: Mapping[str, Any], ending: str = "") -> Fitting:
     from nacre.analytic import MODELS
     from nacre.neural import Recipe
     from nacre.workflows import AnalyticFitting, NetworkFitting
+    from nacre.workflows.fitting import SPECTRAL
 
     given: dict[str, Any] = {"ending": ending} if ending else {}
-    if (name := chosen["model"]) != "nbrdf":
+    if (name := chosen["model"]) not in ("nbrdf", SPECTRAL):
         if name not in MODELS:
-            known = ["nbrdf", *MODELS]
+            known = ["nbrdf", SPECTRAL, *MODELS]
             hint = did_you_mean(name, known, f"known: {', '.join(known)}")
             raise click.BadParameter(f"--model {name}: is no known model{hint}")
         options.refuse(("network",), f"{name} is an analytic model")
@@ -166,11 +167,28 @@ def _fitting(chosen: Mapping[str, Any], ending: str = "") -> Fitting:
     settings = {name: chosen[name] for name in _RECIPE}
     if chosen["epochs"] is not None:
         settings["epochs"] = chosen["epochs"]
+    if name == SPECTRAL:
+        return _spectral(chosen, settings, given)
     recipe = Recipe.preset(chosen["preset"], size=chosen["max_bytes"], **settings)
     few: dict[str, Any] = {name: chosen[name] for name in ("prior", "free_scale", "intervals")}
     if few["free_scale"] and not few["prior"]:
         raise click.UsageError("--free-scale needs the prior; leave out --no-prior")
     return NetworkFitting(recipe, chosen["device"], **given, **few)
+
+
+def _spectral(
+    chosen: Mapping[str, Any], settings: dict[str, Any], given: dict[str, Any]
+) -> Fitting:
+    from nacre.neural import Recipe
+    from nacre.workflows import SpectralFitting
+
+    for key in ("max_bytes", "device", "free_scale", "intervals", "physical"):
+        if chosen[key]:
+            flag = key.replace("_", "-")
+            raise click.UsageError(f"--{flag} is not for spectral networks; leave it out")
+    if not options.is_given("hidden"):
+        settings.pop("hidden")
+    return SpectralFitting(Recipe.spectral(chosen["preset"], **settings), **given)
 
 
 def _executor(chosen: Mapping[str, Any]) -> Executor | None:

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from nacre.instruments.colors import Color as Color
     from nacre.instruments.colors import ciede2000 as ciede2000
     from nacre.instruments.colors import xyz_to_lab as xyz_to_lab
+    from nacre.instruments.differences import mean_differences as mean_differences
     from nacre.instruments.forty_five import Bidirectional as Bidirectional
     from nacre.instruments.forty_five import bidirectional as bidirectional
     from nacre.instruments.glossmeter import Gloss as Gloss
@@ -41,6 +42,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "colors": ["Color", "ciede2000", "xyz_to_lab"],
+        "differences": ["mean_differences"],
         "forty_five": ["Bidirectional", "bidirectional"],
         "glossmeter": ["Gloss", "gloss"],
         "goniocolorimeter": ["E2194", "E2539", "Geometry", "Multiangle", "multiangle"],

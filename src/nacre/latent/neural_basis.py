@@ -38,7 +38,7 @@ from nacre.latent.predicting import (
 )
 from nacre.latent.prior import Prior
 from nacre.latent.recipes import BasisRecipe
-from nacre.neural.file import numbered_tensors
+from nacre.neural.chain_file import numbered_tensors
 from nacre.neural.inputs import ENHANCED
 from nacre.neural.nbrdf import OUTPUTS, check_weights
 from nacre.neural.network import NetworkBrdf

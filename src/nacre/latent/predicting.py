@@ -14,7 +14,7 @@ from nacre.array import Floats, Weights
 from nacre.io.tensors import Tensors
 from nacre.latent.basis import LatentBasis, integer
 from nacre.latent.lobe_predictor import LobePredictor
-from nacre.neural.file import numbered_tensors
+from nacre.neural.chain_file import numbered_tensors
 from nacre.numerics.mlp import Layer
 
 BY_LABELS = " by labels"
@@ -83,7 +83,7 @@ def unpack_predictors(header: Mapping[str, Any], tensors: Tensors) -> dict[str, 
 
 
 def numbered_layers(tensors: Tensors, count: int, prefix: str = "") -> list[Layer]:
-    """The inverse of :func:`nacre.neural.file.numbered_tensors`."""
+    """The inverse of :func:`nacre.neural.chain_file.numbered_tensors`."""
     return [
         Layer(tensors[f"{prefix}weights_{index}"], tensors[f"{prefix}biases_{index}"])
         for index in range(1, count + 1)

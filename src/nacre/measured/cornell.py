@@ -34,7 +34,7 @@ _ANGLES = 4
 def load(path: PathLike) -> ScatteredBrdf:
     """Read a Cornell ``.brdf`` file, whose comments before the first number name the material.
 
-    Spectra become linear Rec. 709 RGB through :func:`nacre.measured.spectra.to_rgb` and stay
+    Spectra become linear Rec. 709 RGB through :func:`nacre.spectra.to_rgb` and stay
     available as `spectra` and `wavelengths`. The material is taken to be isotropic and mirrored.
     """
     try:

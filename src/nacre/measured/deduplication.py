@@ -12,7 +12,7 @@ from nacre.array import Floats
 from nacre.brdf import COLOR
 from nacre.errors import FormatError
 from nacre.measured.scattered import ScatteredBrdf
-from nacre.measured.spectra import as_channels
+from nacre.spectra import as_channels
 
 _IN_PLANE = 0.02  # sine of the angle to the plane of incidence that counts as in it
 _AGREEMENT = 1.5  # ratio of samples of one pair that is worth a word
@@ -37,7 +37,7 @@ def from_measurement(
 
     `apertures` are half angles of source and detector in radians, shape (n, 2) or (2,). Where `rgb`
     is None, its channels are those of the spectra
-    (:func:`nacre.measured.spectra.as_channels`).
+    (:func:`nacre.spectra.as_channels`).
 
     Samples with a direction at or below the horizon, and those negative in every channel (not
     measured), are left out. Samples of one pair of directions, to a millionth, are averaged; for an

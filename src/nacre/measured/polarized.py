@@ -21,9 +21,9 @@ from nacre.geometry import rusinkiewicz_angles, split
 from nacre.io.files import PathLike
 from nacre.io.format import Format
 from nacre.measured.axis import KNOWN, LEAST_KNOWN, Axis, Blend, outer
-from nacre.measured.spectra import as_channels
 from nacre.measured.tensor_file import MAGIC, read_tensors
 from nacre.sampling import LobeSampledBrdf
+from nacre.spectra import as_channels
 
 _AXES = "phi_d", "theta_d", "theta_h"
 _LARGEST = 1e30

@@ -13,8 +13,8 @@ from nacre.errors import FormatError
 from nacre.io.files import PathLike, identity
 from nacre.io.mapped import MappedFile
 from nacre.measured.raw import LARGEST
-from nacre.measured.spectra import rgb_weights
 from nacre.measured.tensor_file import SIZE_LIMIT, Tensors, parse_tensors, read_tensors
+from nacre.spectra import rgb_weights
 
 _MAPPED = 1 << 26  # bytes of a file from which on spectra are mapped
 _NODE_LIMIT = 4096  # most nodes along any one axis of a table

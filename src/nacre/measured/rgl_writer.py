@@ -26,12 +26,12 @@ from nacre.geometry import from_spherical, half_vector, join, reflect, to_spheri
 from nacre.io.files import PathLike
 from nacre.measured.adaptive import unit_azimuth, unit_elevation
 from nacre.measured.rgl_tables import RglTables
-from nacre.measured.spectra import rgb_weights
 from nacre.measured.symmetry import symmetry
 from nacre.measured.tensor_file import Tensors, write_tensors
 from nacre.measured.warp import Grid, Warp
 from nacre.sampling import check_isotropic
 from nacre.sampling.microfacets import GRAZING, NormalGrid
+from nacre.spectra import rgb_weights
 
 _HIGHLIGHTS = tuple(math.radians(angle) for angle in (60.0, 75.0))
 """Angles between half vector and light at which highlights add to the density of normals."""

@@ -23,9 +23,9 @@ from nacre.errors import NacreError
 from nacre.geometry import from_rusinkiewicz_angles, join, split
 from nacre.measured.interpolation import NEIGHBORS, Neighbours, SampleTree, interpolate, logarithms
 from nacre.measured.sharpening import sharpened
-from nacre.measured.spectra import chosen_channels
 from nacre.numerics.direction_samples import DirectionSamples, Scattered
 from nacre.sampling import LobeSampledBrdf, check_isotropic
+from nacre.spectra import chosen_channels
 
 _HALF, _DIFFERENCE, _AZIMUTHS = 60, 48, 20
 """Nodes of an isotropic grid in theta_h and theta_d; largest number of steps in phi_d to pi."""
@@ -186,7 +186,14 @@ class ScatteredBrdf(LobeSampledBrdf):
 
     def with_samples(self, samples: DirectionSamples) -> ScatteredBrdf:
         """A copy with other values at the same directions; spectra stay as they are."""
-        made = self.replaced(samples=samples)
+        return self._changed(samples=samples)
+
+    def with_spectra(self, spectra: Floats, wavelengths: Floats) -> ScatteredBrdf:
+        """A copy with other spectra, (n, bands), at wavelengths in nm; colors stay as they are."""
+        return self._changed(spectra=spectra, wavelengths=wavelengths)
+
+    def _changed(self, **attributes: Any) -> ScatteredBrdf:
+        made = self.replaced(**attributes)
         for name in ("_sharp", "_sharp_spectra", "_logs", "_spectral_logs"):
             vars(made).pop(name, None)
         return made

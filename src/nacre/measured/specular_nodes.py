@@ -14,7 +14,7 @@ from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.color import primaries
 from nacre.geometry import from_spherical, join
-from nacre.measured.spectra import rgb_weights
+from nacre.spectra import rgb_weights
 
 _STEEPEST = 85.0
 _HORIZON = math.radians(89.9)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -33,6 +33,9 @@ BETTER = {
     "relative error, median": "lower is better",
     "RMSE of f cos (1/sr)": "lower is better",
     "pixels in their 90 % interval": "0.9 is expected",
+    "CIEDE2000, D65": "lower is better, 1 is just visible",
+    "CIEDE2000, A": "lower is better",
+    "CIEDE2000, F11": "lower is better",
 }
 """Which way each measure of :meth:`Comparison.rows` gets better."""
 
@@ -74,6 +77,8 @@ class Comparison:
     materials: tuple[Brdf, Brdf]  # the reference and what is judged
     # alternatives to the latter under the environment, if known from few samples
     plausible: PlausibleViews | None = None
+    # mean CIEDE2000 by illuminant, if the reference has spectra
+    colors: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def verdict(self) -> Verdict:
@@ -98,6 +103,7 @@ class Comparison:
                 if self.plausible
                 else []
             ),
+            *(("colors", f"CIEDE2000, {light}", value) for light, value in self.colors.items()),
         ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -53,8 +54,13 @@ def spectrum(mi: Any, rgb: Components, wavelengths: Any, active: Any) -> Any:
         values = [luminance(rgb)]
     else:
         values = list(rgb)
-    unpolarized = mi.UnpolarizedSpectrum([masked(mi, v, active) for v in values])
-    return mi.depolarizer(unpolarized) if mi.is_polarized else unpolarized
+    return unpolarized(mi, values, active)
+
+
+def unpolarized(mi: Any, values: Sequence[Array], active: Any) -> Any:
+    """Values for the channels or wavelengths of a variant as its spectrum, 0 where not `active`."""
+    found = mi.UnpolarizedSpectrum([masked(mi, v, active) for v in values])
+    return mi.depolarizer(found) if mi.is_polarized else found
 
 
 def albedo(brdf: Brdf) -> Floats:

@@ -69,8 +69,14 @@ def base_class(variant: str) -> Any:
             """Spectrum of f_r times the cosine of `other`."""
             follows_light = ctx.mode == mi.TransportMode.Importance
             wi, wo = (given, other) if follows_light else (other, given)
+            return self.spectrum(si, state, wi, wo, other[2], active)
+
+        def spectrum(
+            self, si: Any, state: Any, wi: Components, wo: Components, cosine: Any, active: Any
+        ) -> Any:
+            """f_r times a cosine as the variant has spectra."""
             rgb = above_horizon(self.f_r(state, wi, wo), wi, wo)
-            red, green, blue = (c * other[2] for c in rgb)
+            red, green, blue = (c * cosine for c in rgb)
             return adapter.spectrum(mi, (red, green, blue), si.wavelengths, active)
 
         def sample(

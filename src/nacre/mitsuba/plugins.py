@@ -24,6 +24,7 @@ from nacre.mitsuba.wrapped import WrappedBrdf
 from nacre.neural.chain import ChainBrdf
 from nacre.neural.network import NetworkBrdf
 from nacre.neural.prune import without_inactive_units
+from nacre.neural.spectral import SpectralBrdf
 from nacre.sampling import check_isotropic
 from nacre.textures.latent_map import LatentMap
 
@@ -184,7 +185,9 @@ def _plugins(variant: str) -> dict[str, Any]:
             if weights == "cooperative" and not jit:
                 raise NacreError(f"cooperative weights need a JIT variant, got {variant}")
             if not brdf.cooperative and weights == "cooperative":
-                raise NacreError("cooperative weights cannot have the activations gelu and sin")
+                raise NacreError(
+                    "cooperative weights cannot have the activations gelu and sin, or spectra"
+                )
             literal = not jit or not brdf.cooperative
             start = len(brdf.layers) if literal else first_in_buffer(brdf, weights)
             if half and weights != "cooperative":
@@ -209,6 +212,17 @@ def _plugins(variant: str) -> dict[str, Any]:
             if self.buffered is None:
                 return self.traced.eval_components(wi, wo)
             return self.buffered.eval_components(self.weights, wi, wo)
+
+        def spectrum(
+            self, si: Any, state: None, wi: Components, wo: Components, cosine: Any, active: Any
+        ) -> Any:
+            brdf = self.brdf
+            if not (mi.is_spectral and isinstance(brdf, SpectralBrdf)):
+                return super().spectrum(si, state, wi, wo, cosine, active)
+            coefficients = brdf.coefficients(wi, wo)
+            wavelengths = adapter.components(*si.wavelengths)
+            values = [brdf.at_wavelength(coefficients, w) * cosine for w in wavelengths]
+            return adapter.unpolarized(mi, values, active)
 
         def eval_diffuse_reflectance(self, si: Any, active: Any = True) -> Any:
             """The albedo along the normal, with the weights as loaded."""

@@ -26,14 +26,19 @@ _CHUNK = 1 << 14
 
 
 def augmentation(
-    scan: Scattered, count: int, seed: int, progress: Callable[[int, int], None] | None = None
+    scan: Scattered,
+    count: int,
+    seed: int,
+    progress: Callable[[int, int], None] | None = None,
+    values: Callable[[Floats, Floats], Floats] | None = None,
 ) -> DirectionSamples:
     """Interpolated samples that cover the whole hemisphere, up to the horizon.
 
     A fifth lies near samples of the scan, three tenths near mirror directions at any angle of
     incidence, a fifth is uniform in the polar angles of both directions, the rest uniform in the
     Rusinkiewicz angles. The same seed gives the same ones; `progress` is called with the number of
-    samples drawn and `count`.
+    samples drawn and `count`. `values` is evaluated in place of the scan's colors, and gives arrays
+    of shape (n, k).
     """
     report = progress or (lambda done, total: None)
     random = np.random.default_rng((seed, 5))
@@ -42,11 +47,12 @@ def augmentation(
         more = np.array(_directions(scan, count, random))
         above = more[..., 2].min(axis=0) > 0.0
         wi, wo = np.concatenate([[wi, wo], more[:, above]], axis=1)[:, :count]
-    rgb = np.empty((count, 3))
+    evaluated = values or scan.eval
+    rgb = np.empty((count, np.shape(evaluated(wi[:1], wo[:1]))[-1]))
 
     def evaluate(start: int) -> int:
         part = slice(start, start + _CHUNK)
-        rgb[part] = scan.eval(wi[part], wo[part])
+        rgb[part] = evaluated(wi[part], wo[part])
         return min(start + _CHUNK, count)
 
     for done in thread_map(evaluate, range(0, count, _CHUNK)):

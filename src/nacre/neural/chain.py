@@ -36,12 +36,13 @@ INPUTS: dict[str, tuple[int, bool, InputFunction]] = {
     "rusinkiewicz vectors": (6, False, _vectors),
     "rusinkiewicz angles": (3, True, _angles),
     "enhanced": (6, True, lambda wi, wo: network_inputs(wi, wo, True, ENHANCED)),
+    "enhanced anisotropic": (8, False, lambda wi, wo: network_inputs(wi, wo, False, ENHANCED)),
 }
 """Inputs by name: how many numbers, whether they make the network isotropic, and the function.
 
 "directions" are those to the light and to the viewer; "rusinkiewicz vectors" the half vector h and
 the difference vector d; "rusinkiewicz angles" theta_h, theta_d and phi_d in radians; "enhanced"
-those of nacre's own fits to isotropic materials, which open up highlights and grazing angles.
+and "enhanced anisotropic" those of nacre's own fits, which open up highlights and grazing angles.
 """
 
 

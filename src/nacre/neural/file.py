@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -18,10 +17,12 @@ from nacre.io.tensors import (
     looks_like_tensors,
     to_bytes,
 )
+from nacre.neural import spectral_file
 from nacre.neural.chain import ChainBrdf
-from nacre.neural.chain_file import MODEL, described, made
+from nacre.neural.chain_file import MODEL, described, made, numbered_tensors
 from nacre.neural.inputs import ENHANCED, PAPER, RECIPROCAL, SPINNING, STEREOGRAPHIC, has_axes
 from nacre.neural.nbrdf import PRECISIONS, NeuralBrdf, check_weights
+from nacre.neural.spectral import SpectralBrdf
 from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
 from nacre.sampling import describe_sampler, make_sampler
 
@@ -52,6 +53,8 @@ def encode(network: NeuralBrdf | ChainBrdf) -> bytes:
 
     Raises FormatError if `network` is no neural material, or the format cannot hold it.
     """
+    if isinstance(network, SpectralBrdf):
+        return to_bytes(_KEY, spectral_file.described(network), network.stored, _LIMIT)
     if isinstance(network, ChainBrdf):
         return to_bytes(_KEY, described(network), numbered_tensors(network.layers), _LIMIT)
     if not isinstance(network, NeuralBrdf):
@@ -96,15 +99,6 @@ def texts(found: Any, count: int | None = None) -> tuple[Any, ...]:
     return tuple(found)
 
 
-def numbered_tensors(layers: Sequence[Layer], prefix: str = "") -> Tensors:
-    """Weights and biases of layers, numbered from 1."""
-    return {
-        f"{prefix}{part}_{index}": array
-        for index, layer in enumerate(layers, 1)
-        for part, array in zip(("weights", "biases"), layer, strict=True)
-    }
-
-
 def save(network: NeuralBrdf | ChainBrdf, path: PathLike) -> None:
     """Write a neural material; raises FormatError as :func:`encode` does, or for a bad path."""
     write_encoded(path, encode, network)
@@ -118,6 +112,11 @@ def load(path: PathLike) -> NeuralBrdf | ChainBrdf:
 
 
 def _from_header(header: dict[str, Any], tensors: Tensors) -> NeuralBrdf | ChainBrdf:
+    if header.get("model") == spectral_file.MODEL:
+        spectral = spectral_file.made(header, tensors)
+        check_json(header)
+        named = spectral.in_channels(texts(header["channels"], 3))
+        return named.replaced(notes=texts(header.get("notes", ())))
     if header.get("model") == MODEL:
         return _told(made(header, tensors), header)
     activations = [key for key, number in _VERSIONS.items() if number == header["version"]]

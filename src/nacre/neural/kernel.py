@@ -21,8 +21,6 @@ from nacre.neural.samples import BLOCK, Samples
 from nacre.neural.tiles import DENSE_ROWS, LANES, OUTER_ROWS, OUTER_SIZE, PANEL
 from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
 
-_TARGETS = 4  # rows after the inputs in a block of samples: three targets and the cosine
-
 _gradient = Compiled("nacre.neural.kernel_code:batch_gradient")
 _epoch = Compiled("nacre.neural.kernel_code:epoch")
 _mean_loss = Compiled("nacre.neural.kernel_code:mean_loss")
@@ -90,7 +88,7 @@ class KernelTrainer:
         self._state, self._gradient = aligned_zeros(3 * size), aligned_zeros(sum(counts))
         whole = range(0, 3 * size, size)
         self._weights, mean, square = (self._state[k : k + sum(counts)] for k in whole)
-        form = activation == SQUARED_RELU, bool(offset)
+        form = activation == SQUARED_RELU, bool(offset), sizes[-1]
         self._widths, self._starts = widths, starts
         network = pack(np.array(widths), starts, self._weights, stride, *form)
         for (own, biases), layer in zip(self._views(self._weights), layers, strict=True):
@@ -98,7 +96,7 @@ class KernelTrainer:
         shape = 3, len(widths), _round_up(max(widths), math.lcm(*OUTER_ROWS)) * stride
         factors, places = _weight_tiles(widths, starts, shape, stride)
         bias_count = _round_up(sum(widths[1:]), LANES)
-        rows, targets = aligned_zeros(shape), aligned_zeros(_TARGETS * stride)
+        rows, targets = aligned_zeros(shape), aligned_zeros((sizes[-1] + 1) * stride)
         sums = aligned_zeros(bias_count * LANES)
         parts = aligned_zeros(len(factors) * OUTER_SIZE + bias_count)
         tiles = factors, sums, parts, places, self._gradient

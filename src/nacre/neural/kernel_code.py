@@ -28,9 +28,6 @@ from nacre.neural.simd import (
 )
 from nacre.neural.tiles import DENSE_ROWS, LANES, OUTER_SIZE, PANEL
 
-_OUTPUTS = 3
-_TARGETS = _OUTPUTS + 1  # rows after the inputs in a block of samples: three targets and the cosine
-
 
 @numba.njit(inline="always", error_model="numpy")  # type: ignore[untyped-decorator]
 def _exp(x: Any) -> Any:
@@ -121,21 +118,25 @@ def _adam(weights: Any, gradient: Any, mean: Any, square: Any, rate: Any, unbias
 
 
 @inner  # type: ignore[untyped-decorator]
-def _gather(blocks: Any, order: Any, inputs: Any, stride: Any, x: Any, targets: Any) -> None:
-    """Lay the chosen blocks side by side, feature by feature."""
-    block_size = (inputs + _TARGETS) * BLOCK
+def _gather(
+    blocks: Any, order: Any, inputs: Any, outputs: Any, stride: Any, x: Any, targets: Any
+) -> None:
+    """Lay the chosen blocks side by side, feature by feature.
+
+    A block has a row for each input, for the target of each output, and for the weight.
+    """
+    block_size = (inputs + outputs + 1) * BLOCK
     for k in range(order.size):
         start = order[k] * block_size
         for f in range(inputs):
             copy_block(blocks, start + f * BLOCK, x, f * stride + k * BLOCK)
-        for f in range(_TARGETS):
+        for f in range(outputs + 1):
             copy_block(blocks, start + (inputs + f) * BLOCK, targets, f * stride + k * BLOCK)
 
 
 @inner  # type: ignore[untyped-decorator]
-def _prefetch(blocks: Any, order: Any, inputs: Any) -> None:
+def _prefetch(blocks: Any, order: Any, rows: Any) -> None:
     """Fetch the chosen blocks while there is other work: they lie all over the memory."""
-    rows = inputs + _TARGETS
     for k in range(order.size):
         for f in range(rows):
             prefetch_block(blocks, (order[k] * rows + f) * BLOCK)
@@ -172,16 +173,16 @@ def _forward(
 
 @inner  # type: ignore[untyped-decorator]
 def _output_gradient(
-    panel: Any, count: Any, stride: Any, offset: Any, x: Any, targets: Any, g: Any, scale: Any,
-    sums: Any,
+    panel: Any, count: Any, stride: Any, offset: Any, outputs: Any, x: Any, targets: Any, g: Any,
+    scale: Any, sums: Any,
 ) -> None:  # fmt: skip
     """Gradient of the outputs of a panel; its sums go to the first lanes of rows of `sums`.
 
     Samples of the panel after the last of `count` become zeros: what follows adds up whole panels.
     """
     end = min(count, panel + PANEL)
-    weight = targets[_OUTPUTS * stride + panel : _OUTPUTS * stride + end]
-    for channel in range(_OUTPUTS):
+    weight = targets[outputs * stride + panel : outputs * stride + end]
+    for channel in range(outputs):
         row = channel * stride
         part = slice(row + panel, row + end)
         sums[channel * LANES] += _loss_gradient(
@@ -235,8 +236,8 @@ def _weight_gradient(
 @compiled
 def batch_gradient(
     blocks: Any, order: Any, upcoming: Any, widths: Any, starts: Any, weights: Any, stride: Any,
-    squared: Any, offset: Any, rows: Any, flat: Any, targets: Any, factors: Any, sums: Any,
-    parts: Any, places: Any, gradient: Any,
+    squared: Any, offset: Any, outputs: Any, rows: Any, flat: Any, targets: Any, factors: Any,
+    sums: Any, parts: Any, places: Any, gradient: Any,
 ) -> None:  # fmt: skip
     """Gradient of the mean loss of a mini-batch, while the upcoming one is fetched.
 
@@ -246,17 +247,19 @@ def batch_gradient(
     # Unpacked at once, Numba would not know that they are contiguous.
     x, g, roots = rows[0], rows[1], rows[2]
     kept = roots if squared else x
-    _gather(blocks, order, widths[0], stride, x[0], targets)
-    scale = np.float32(1.0 / (_OUTPUTS * count))
+    _gather(blocks, order, widths[0], outputs, stride, x[0], targets)
+    scale = np.float32(1.0 / (outputs * count))
     last = widths.size - 1
     sums[:] = np.float32(0.0)
-    half = PANEL // BLOCK // 2
+    half, size = PANEL // BLOCK // 2, widths[0] + outputs + 1
     for panel in range(0, count, PANEL):
         first = panel // BLOCK
-        _prefetch(blocks, upcoming[first : first + half], widths[0])
+        _prefetch(blocks, upcoming[first : first + half], size)
         _forward(panel, widths, starts, weights, stride, x, roots, squared)
-        _prefetch(blocks, upcoming[first + half : first + 2 * half], widths[0])
-        _output_gradient(panel, count, stride, offset, x[last], targets, g[last], scale, sums)
+        _prefetch(blocks, upcoming[first + half : first + 2 * half], size)
+        _output_gradient(
+            panel, count, stride, offset, outputs, x[last], targets, g[last], scale, sums
+        )
         _backward(panel, widths, starts, weights, stride, kept, squared, g, sums)
     _weight_gradient(count, stride, flat, factors, sums, parts, places, gradient)
 
@@ -264,16 +267,17 @@ def batch_gradient(
 @compiled
 def epoch(
     blocks: Any, order: Any, batch: Any, rates: Any, step: Any, mean: Any, square: Any,
-    widths: Any, starts: Any, weights: Any, stride: Any, squared: Any, offset: Any, rows: Any,
-    flat: Any, targets: Any, factors: Any, sums: Any, parts: Any, places: Any, gradient: Any,
+    widths: Any, starts: Any, weights: Any, stride: Any, squared: Any, offset: Any, outputs: Any,
+    rows: Any, flat: Any, targets: Any, factors: Any, sums: Any, parts: Any, places: Any,
+    gradient: Any,
 ) -> None:  # fmt: skip
     """An Adam step for each rate; `step` have been taken before."""
     for k in range(rates.size):
         part = order[k * batch : (k + 1) * batch]
         upcoming = order[(k + 1) * batch : (k + 2) * batch]
         batch_gradient(
-            blocks, part, upcoming, widths, starts, weights, stride, squared, offset, rows, flat,
-            targets, factors, sums, parts, places, gradient,
+            blocks, part, upcoming, widths, starts, weights, stride, squared, offset, outputs, rows,
+            flat, targets, factors, sums, parts, places, gradient,
         )  # fmt: skip
         step += 1
         unbias_square = np.float32(1.0 / (1.0 - 0.999**step))
@@ -284,7 +288,7 @@ def epoch(
 @compiled
 def mean_loss(
     blocks: Any, order: Any, batch: Any, widths: Any, starts: Any, weights: Any, stride: Any,
-    squared: Any, offset: Any, rows: Any, targets: Any, loss: Any,
+    squared: Any, offset: Any, outputs: Any, rows: Any, targets: Any, loss: Any,
 ) -> None:  # fmt: skip
     """Write the mean loss over the blocks in an order to the first of `loss`."""
     total = 0.0
@@ -293,11 +297,11 @@ def mean_loss(
     for k in range(0, order.size, batch):
         part = order[k : k + batch]
         count = part.size * BLOCK
-        _gather(blocks, part, widths[0], stride, x[0], targets)
+        _gather(blocks, part, widths[0], outputs, stride, x[0], targets)
         for panel in range(0, count, PANEL):
             _forward(panel, widths, starts, weights, stride, x, roots, squared)
-        weight = targets[_OUTPUTS * stride : _OUTPUTS * stride + count]
-        for channel in range(_OUTPUTS):
+        weight = targets[outputs * stride : outputs * stride + count]
+        for channel in range(outputs):
             values = slice(channel * stride, channel * stride + count)
             total += _loss(last[values], targets[values], weight, offset)
-    loss[0] = total / (order.size * BLOCK * _OUTPUTS)
+    loss[0] = total / (order.size * BLOCK * outputs)

@@ -25,6 +25,17 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
 material on two idle server cores (`docs/results/speed.md`)."""
 
 
+SPECTRAL_PRESETS: Mapping[str, Mapping[str, Any]] = {
+    "draft": {"sample_share": 0.125, "learning_rate": 1e-2},
+    "standard": {"epochs": 200},
+    "best": {"epochs": 600},
+}
+"""The same for spectral networks, on top of :data:`SPECTRAL`."""
+
+SPECTRAL: Mapping[str, Any] = {"hidden": (48, 48), "learning_rate": 5e-3}
+"""Settings of spectral networks that differ from the defaults: wider layers, and smaller steps."""
+
+
 @dataclass(frozen=True)
 class Recipe:
     """Settings of a fit; the defaults are the recommended recipe."""
@@ -114,6 +125,12 @@ class Recipe:
         if name not in PRESETS:
             raise ValueError(f"preset must be one of {', '.join(PRESETS)}, got {name!r}")
         return cls(**{**PRESETS[name], **settings})
+
+    @classmethod
+    def spectral(cls, name: str = "standard", **settings: Any) -> Recipe:
+        """As :meth:`preset`, for a spectral network: one of :data:`SPECTRAL_PRESETS`."""
+        cls.preset(name)
+        return cls(**{**SPECTRAL, **SPECTRAL_PRESETS[name], **settings})
 
     @property
     def chosen_inputs(self) -> str:

@@ -14,6 +14,7 @@ from nacre.brdf import Brdf
 from nacre.geometry import rotate, split
 from nacre.neural.axes import main_axis
 from nacre.neural.inputs import PAPER, has_axes, input_count, network_inputs, rotates_half_vector
+from nacre.neural.nbrdf import OUTPUTS
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import thread_map
 from nacre.sampling import draw_samples
@@ -35,15 +36,16 @@ class Samples:
 
     blocks: Weights
     """Flat float32 array on a 64-byte boundary: per block, rows of 16 values each of every network
-    input, of f cos theta_i for red, green and blue, and of cos theta_i. Any weight may take the
-    place of the cosine, as it does for scans."""
+    input, of f cos theta_i for every output, and of cos theta_i. Any weight may take the place of
+    the cosine, as it does for scans."""
     inputs: int  # number of network inputs
     angle: float = 0.0  # azimuth of the axis that they take for x; see network_inputs
+    outputs: int = OUTPUTS  # number of network outputs: red, green and blue, or bands
 
     @property
     def rows(self) -> int:
         """Rows of a block."""
-        return self.inputs + 4
+        return self.inputs + self.outputs + 1
 
     @property
     def block_count(self) -> int:
@@ -53,33 +55,34 @@ class Samples:
     def pack(
         cls,
         inputs: npt.ArrayLike,
-        rgb: npt.ArrayLike,
+        values: npt.ArrayLike,
         weight: npt.ArrayLike,
         angle: float = 0.0,
     ) -> Samples:
-        """Samples from network inputs (n, k), reflectances (n, 3) in 1/sr and weights (n,).
+        """Samples from network inputs (n, k), reflectances (n, outputs) in 1/sr and weights (n,).
 
         The last block is filled up by repeating samples from the start.
         """
-        x, f, w = (np.asarray(a, np.float32) for a in (inputs, rgb, weight))
-        made = cls.empty(len(x), x.shape[1], angle)
+        x, f, w = (np.asarray(a, np.float32) for a in (inputs, values, weight))
+        made = cls.empty(len(x), x.shape[1], angle, f.shape[1])
         filled = np.arange(made.block_count * BLOCK) % len(x)
         made.fill(0, x[filled], f[filled], w[filled])
         return made
 
     @classmethod
-    def empty(cls, count: int, inputs: int, angle: float = 0.0) -> Samples:
+    def empty(cls, count: int, inputs: int, angle: float = 0.0, outputs: int = OUTPUTS) -> Samples:
         """Room for a number of samples."""
-        return cls(aligned_zeros(-(-count // BLOCK) * (inputs + 4) * BLOCK), inputs, angle)
+        size = -(-count // BLOCK) * (inputs + outputs + 1) * BLOCK
+        return cls(aligned_zeros(size), inputs, angle, outputs)
 
-    def fill(self, first: int, inputs: Floats, rgb: Floats, weight: Floats) -> None:
+    def fill(self, first: int, inputs: Floats, values: Floats, weight: Floats) -> None:
         """Write whole blocks of samples, as :meth:`pack` takes them, from a block on."""
         count = len(inputs) // BLOCK
         blocks = self.blocks.reshape(-1, self.rows, BLOCK)[first : first + count]
         with np.errstate(over="ignore"):
-            targets = np.clip(rgb * weight[:, None], 0.0, _LARGEST)
-        for row, values in enumerate((*inputs.T, *targets.T, weight)):
-            blocks[:, row] = values.reshape(count, BLOCK)
+            targets = np.clip(values * weight[:, None], 0.0, _LARGEST)
+        for row, numbers in enumerate((*inputs.T, *targets.T, weight)):
+            blocks[:, row] = numbers.reshape(count, BLOCK)
 
     def split(self, fraction: float) -> tuple[Samples, Samples]:
         """The first blocks, and the last `fraction` of them (at least one)."""

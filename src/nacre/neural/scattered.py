@@ -58,11 +58,11 @@ def scattered_samples(
         raise NacreError(f"{scan.name or 'scan'}: {few}; measure at least {MIN_SAMPLES}")
     kept, held = hold_out(len(scan.samples), held_out, seed)
     part = scan.subset(kept)
-    own = _repeated(_with_mirrored(part.samples, scan.mirrored), OWN_FRACTION * count, seed)
+    own = repeated(with_mirrored(part.samples, scan.mirrored), OWN_FRACTION * count, seed)
     rest = augmentation(part, max(0, count - len(own)), seed, progress)
     # Blocks of samples train together: they should not be all of one kind.
     order = np.random.default_rng((seed, 4)).permutation(len(own) + len(rest))
-    validation = _with_mirrored(scan.samples[held], scan.mirrored)
+    validation = with_mirrored(scan.samples[held], scan.mirrored)
     angle = axis_angle(part.samples, scan.isotropic, inputs)
     values, rest_values, held_values = (
         direction_inputs(of, scan.isotropic, inputs, angle) for of in (own, rest, validation)
@@ -139,7 +139,7 @@ def relative_errors(predicted: Floats, measured: Floats) -> tuple[float, float]:
     return float(np.median(relative)), float(relative.mean())
 
 
-def _repeated(samples: DirectionSamples, count: float, seed: int) -> DirectionSamples:
+def repeated(samples: DirectionSamples, count: float, seed: int) -> DirectionSamples:
     """The samples several times each, about `count` in all.
 
     With known noise, how often goes by the inverse of the deviation of the logarithm in the loss,
@@ -157,7 +157,7 @@ def _repeated(samples: DirectionSamples, count: float, seed: int) -> DirectionSa
     return samples[np.minimum(np.searchsorted(ends, first + every), len(samples) - 1)]
 
 
-def _with_mirrored(samples: DirectionSamples, mirrored: bool) -> DirectionSamples:
+def with_mirrored(samples: DirectionSamples, mirrored: bool) -> DirectionSamples:
     """The samples, with their mirror images in a plane with the normal if that changes nothing."""
     if not mirrored:
         return samples

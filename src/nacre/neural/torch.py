@@ -17,7 +17,6 @@ import numpy.typing as npt
 
 from nacre.array import Weights
 from nacre.errors import require
-from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.samples import BLOCK, MIN_SLOPE, Samples
 from nacre.neural.torch_module import NetworkModule, module
 from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer, dense
@@ -97,7 +96,8 @@ class TorchTrainer:
         self._squares = [torch.zeros_like(p) for p in parameters]
         self._steps = [torch.zeros((), device=self._device) for _ in parameters]
         # What a recorded step reads and writes stays where it is.
-        rows = len(layers[0].weights) + OUTPUTS + 1
+        self._outputs = len(layers[-1].biases)
+        rows = len(layers[0].weights) + self._outputs + 1
         self._gathered = torch.empty((materials * self._batch, BLOCK, rows), device=self._device)
         self._rate = torch.zeros((), device=self._device)
         cuda = self._device.type == "cuda"
@@ -119,7 +119,9 @@ class TorchTrainer:
         if order.shape[-1] > self._batch:
             raise ValueError(f"{order.shape[-1]} blocks are more than one batch of {self._batch}")
         blocks = self._gather(samples, torch.from_numpy(order).to(self._device))
-        losses = self._losses(blocks, self._weights, self._biases) / (OUTPUTS * blocks.shape[1])
+        losses = self._losses(blocks, self._weights, self._biases) / (
+            self._outputs * blocks.shape[1]
+        )
         return np.asarray(losses.cpu()), self._layers(*self._gradient(blocks))
 
     def epoch(self, samples: SampleStack, order: npt.NDArray[np.int64], rates: Weights) -> None:
@@ -144,7 +146,7 @@ class TorchTrainer:
             weights, biases = ([p[one] for p in ps] for ps in (self._weights, self._biases))
             parts = (part.view(1, -1, part.shape[-1]) for part in blocks.split(_LOSS_BLOCKS))
             total = torch.cat([self._losses(rows, weights, biases) for rows in parts]).sum()
-            losses.append(total / (OUTPUTS * BLOCK * len(blocks)))
+            losses.append(total / (self._outputs * BLOCK * len(blocks)))
         return np.asarray(torch.stack(losses).cpu())
 
     def _layers(self, weights: Sequence[Tensor], biases: Sequence[Tensor]) -> list[list[Layer]]:
@@ -194,9 +196,9 @@ class TorchTrainer:
         weight = rows[..., -1:]
         e, weighted = _weighted(activations.pop(), weight, self._offset)
         # The logarithm of the loss rises, so that it is not needed here.
-        side = (weighted - rows[..., -OUTPUTS - 1 : -1]).sign()
+        side = (weighted - rows[..., -self._outputs - 1 : -1]).sign()
         slope = e if self._offset else e.clamp(min=MIN_SLOPE).where(side < 0.0, e)
-        g = side * (weight / (OUTPUTS * rows.shape[1])) * slope / _argument(weighted, weight)
+        g = side * (weight / (self._outputs * rows.shape[1])) * slope / _argument(weighted, weight)
         weights: list[Tensor] = []
         biases: list[Tensor] = []
         for layer in reversed(range(len(activations))):
@@ -220,7 +222,7 @@ class TorchTrainer:
 
     def _losses(self, rows: Tensor, weights: Sequence[Tensor], biases: Sequence[Tensor]) -> Tensor:
         """Sums of |log(1 + (e^x - offset) weight) - log(1 + target)|, shape (materials,)."""
-        weight, target = rows[..., -1:], rows[..., -OUTPUTS - 1 : -1]
+        weight, target = rows[..., -1:], rows[..., -self._outputs - 1 : -1]
         _, weighted = _weighted(self._forward(rows, weights, biases)[-1], weight, self._offset)
         logarithm = torch.copysign(_argument(weighted, weight).log(), weighted)
         return (logarithm - target.log1p()).abs().sum((1, 2))

@@ -89,7 +89,7 @@ def schedule(steps: int, peak: float) -> Weights:
 
 
 def initial_layers(
-    hidden: Sequence[int], seed: int, inputs: int = 6, start: int = 0
+    hidden: Sequence[int], seed: int, inputs: int = 6, start: int = 0, outputs: int = OUTPUTS
 ) -> list[Layer]:
     """Normal weights of variance 2 / inputs (He et al. 2015), new for each start; zero biases."""
     random = np.random.default_rng((seed, 2, start) if start else (seed, 2))
@@ -98,5 +98,5 @@ def initial_layers(
             random.normal(0.0, math.sqrt(2.0 / rows), (rows, columns)).astype(np.float32),
             np.zeros(columns, np.float32),
         )
-        for rows, columns in itertools.pairwise((inputs, *hidden, OUTPUTS))
+        for rows, columns in itertools.pairwise((inputs, *hidden, outputs))
     ]

@@ -53,6 +53,7 @@ _FUNCTIONS: dict[str, tuple[float | None, Callable[[Namespace, Array, float], Ar
     "gelu": (None, lambda xp, x, _: 0.5 * x * (1.0 + _erf(xp, x * math.sqrt(0.5)))),
     "exp": (None, lambda xp, x, _: xp.exp(xp.minimum(x, 80.0))),
     "sin": (1.0, lambda xp, x, frequency: xp.sin(frequency * x)),
+    "squared relu": (None, lambda xp, x, _: xp.maximum(x, 0.0) * xp.maximum(x, 0.0)),
     "square": (None, lambda xp, x, _: x * x),
     "abs": (None, lambda xp, x, _: xp.abs(x)),
 }
@@ -84,6 +85,8 @@ def _cooperative(name: str, x: Any, number: float) -> Any:
             return dr.maximum(x, 0.0) + tail
         case "exp":
             return dr.exp2(dr.minimum(x, 80.0) * _LOG2E)
+        case "squared relu":
+            return dr.maximum(x, 0.0) * dr.maximum(x, 0.0)
         case "square":
             return x * x
         case _:

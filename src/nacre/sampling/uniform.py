@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from nacre.array import Array, Components
+from nacre.array import Array, Components, Floats
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.geometry import cosine_hemisphere, join, split, uniform_hemisphere, uniform_rusinkiewicz
@@ -68,6 +68,7 @@ them, where the light comes from anywhere in the sky or from the reflectance's s
 where it has none)."""
 
 _CHUNK = 1 << 15
+_NORMAL = np.array([[0.0, 0.0, 1.0]], np.float32)
 _HOPELESS = 64  # chunks without enough valid samples after which drawing gives up
 
 
@@ -77,6 +78,7 @@ def draw_samples(
     seed: int,
     progress: Callable[[int, int], None] | None = None,
     distribution: str = "rusinkiewicz",
+    values: Callable[[Floats, Floats], Floats] | None = None,
 ) -> DirectionSamples:
     """Samples at random directions in float32, by default uniform in the Rusinkiewicz angles.
 
@@ -84,17 +86,20 @@ def draw_samples(
     anisotropic reflectance, else 0 (NBRDF paper, section 3.1). Pairs with a direction below the
     horizon, and samples that are not valid or not finite, are dropped and replaced, so that `count`
     remain. The same seed gives the same samples; `progress` is called with the number of samples
-    drawn and `count`; `distribution` is one of :data:`DISTRIBUTIONS`. Raises NacreError if hardly
-    any sample is valid.
+    drawn and `count`; `distribution` is one of :data:`DISTRIBUTIONS`; `values`, which gives arrays
+    of shape (n, k), is evaluated in place of the colors. Raises NacreError if hardly any sample is
+    valid.
     """
     directions = DISTRIBUTIONS[distribution](brdf)
-    wi, wo, rgb = (np.empty((count, 3), np.float32) for _ in range(3))
+    values = values or brdf.eval
+    width = values(_NORMAL, _NORMAL).shape[-1]
+    wi, wo, rgb = (np.empty((count, k), np.float32) for k in (3, 3, width))
     filled = chunk = 0
     while filled < count:
         if chunk > _HOPELESS and filled < chunk * _CHUNK // 1000:
             raise NacreError(f"{brdf.name or 'reflectance'}: hardly any sample is valid")
         wave = range(chunk, chunk + max(1, (count - filled) // _CHUNK))
-        for part in thread_map(lambda k: _draw_chunk(brdf, directions, (seed, k)), wave):
+        for part in thread_map(lambda k: _draw_chunk(brdf, values, directions, (seed, k)), wave):
             kept = min(len(part), count - filled)
             for whole, piece in ((wi, part.wi), (wo, part.wo), (rgb, part.rgb)):
                 whole[filled : filled + kept] = piece[:kept]
@@ -105,7 +110,12 @@ def draw_samples(
     return DirectionSamples(wi, wo, rgb)
 
 
-def _draw_chunk(brdf: Brdf, directions: Directions, seed: tuple[int, int]) -> DirectionSamples:
+def _draw_chunk(
+    brdf: Brdf,
+    values: Callable[[Floats, Floats], Floats],
+    directions: Directions,
+    seed: tuple[int, int],
+) -> DirectionSamples:
     random = np.random.default_rng(seed)
     u = random.random((6, _CHUNK), dtype=np.float32)
     if brdf.isotropic:
@@ -115,6 +125,6 @@ def _draw_chunk(brdf: Brdf, directions: Directions, seed: tuple[int, int]) -> Di
     wi, wo = (join(w)[visible] for w in (wi, wo))
     known = brdf.valid(wi, wo)
     wi, wo = wi[known], wo[known]
-    rgb = brdf.eval(wi, wo)
+    rgb = values(wi, wo)
     finite = np.isfinite(rgb).all(axis=1)
     return DirectionSamples(wi[finite], wo[finite], rgb[finite])

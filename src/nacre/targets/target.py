@@ -10,6 +10,7 @@ from nacre.analytic import MODELS, AnalyticBrdf
 from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.errors import NacreError
+from nacre.neural.spectral import SpectralBrdf
 from nacre.registry import Registry
 from nacre.runtime.progress import Progress
 from nacre.standard import fitted
@@ -50,10 +51,14 @@ class Target(abc.ABC):
         return fitted(self.reflectance(material), MODELS.find(self.model), progress)
 
     def reflectance(self, material: Brdf | Btf) -> Brdf:
-        """The material, if it is a reflectance in RGB; NacreError otherwise."""
+        """The material, if it is a reflectance in RGB, or a spectral network in its channels;
+        NacreError otherwise.
+        """
         name = material.name or "this material"
         if not isinstance(material, Brdf):
             raise NacreError(f"{name}: is a texture, and this holds reflectances{other(TEXTURES)}")
+        if isinstance(material, SpectralBrdf):
+            return material.color()
         if material.wavelengths is not None:
             raise NacreError(
                 f"{name}: is spectral, and all targets hold RGB: fit a network to its colors first "

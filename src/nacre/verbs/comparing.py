@@ -34,8 +34,8 @@ class Compared:
     other: str
     figures: Mapping[str, Mapping[str, float]]
     """Measures by name, as `nacre compare` prints them: under the lights "environment" and
-    "directional", and over pairs of directions, "angles"; for a texture over its "values", by
-    "views", and of its "worst texels"."""
+    "directional", over pairs of directions, "angles", and of spectra, "colors"; for a texture over
+    its "values", by "views", and of its "worst texels"."""
     verdict: Verdict
     """Whether a viewer would see the difference."""
     details: Comparison | TextureComparison
@@ -137,6 +137,7 @@ def _reflectances(
     seed: int,
     progress: Progress,
 ) -> Compared:
+    from nacre.instruments.differences import spectral_differences
     from nacre.metrics import compare
     from nacre.verbs.rendering import lighting
 
@@ -148,7 +149,8 @@ def _reflectances(
         seed=seed,
         progress=lambda part: progress("comparing", round(100 * part), 100, ""),
     )
-    found = replace(found, truth=names[0], other=names[1])
+    colors = spectral_differences(first, second, seed=seed)
+    found = replace(found, truth=names[0], other=names[1], colors=colors)
     figures: dict[str, dict[str, float]] = {}
     for where, measure, value in found.rows():
         figures.setdefault(where, {})[measure] = value

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
 
 _NETWORK = "nbrdf"
+_SPECTRAL = "spectral"
 _RECIPE = frozenset(field.name for field in fields(Recipe)) - {"size"}
 _ANALYTIC = frozenset({"samples", "gain", "seed"})
 _NETWORK_ONLY = ("preset", "max_bytes", "prior", "free_scale", "intervals", "device")
@@ -54,7 +55,8 @@ def fit(
     recipe
         A :class:`nacre.Recipe`, or the name of a preset: "draft", "standard" or "best".
     model
-        One of :data:`nacre.analytic.MODELS` in place of a network.
+        "spectral" for a network over wavelength, or one of :data:`nacre.analytic.MODELS` in place
+        of a network.
     preset
         The same as its name in the place of `recipe`.
     max_bytes
@@ -83,7 +85,7 @@ def fit(
 
     Returns
     -------
-    NeuralBrdf, AnalyticBrdf or NeuralBtf
+    NeuralBrdf, SpectralBrdf, AnalyticBrdf or NeuralBtf
         With its errors among the facts of :func:`nacre.info`.
 
     Raises
@@ -116,10 +118,11 @@ def fit(
         _refuse({"recipe": recipe, "model": model, **network}, f"{found.name} is a texture")
         return _texture(found, codec, texels_per_block, settings, progress or silent)
     _refuse(texture, f"{found.name or 'this material'} is a reflectance")
-    if model is not None and model != _NETWORK:
+    if model not in (None, _NETWORK, _SPECTRAL):
         _refuse({"recipe": recipe, **network}, f"{model} is no network")
         return _analytic(found, model, settings, progress or silent)
-    return _network(found, recipe, network, settings, progress or silent)
+    spectral = model == _SPECTRAL
+    return _network(found, recipe, network, settings, progress or silent, spectral)
 
 
 def _network(
@@ -128,8 +131,9 @@ def _network(
     given: dict[str, Any],
     settings: dict[str, Any],
     progress: Progress,
+    spectral: bool,
 ) -> Brdf:
-    from nacre.workflows.fitting import NetworkFitting
+    from nacre.workflows.fitting import NetworkFitting, SpectralFitting
 
     _check(settings, _RECIPE | {*_NETWORK_ONLY, "model"})
     if given["max_bytes"] is not None:
@@ -141,13 +145,13 @@ def _network(
     else:
         if recipe is not None and given["preset"] is not None:
             raise TypeError("fit() takes one preset; leave one out")
-        chosen = Recipe.preset(_preset(recipe or given["preset"] or "standard"), **settings)
-    kept = {
-        name: given[name]
-        for name in ("prior", "free_scale", "intervals")
-        if given[name] is not None
-    }
-    return NetworkFitting(chosen, given["device"], **kept).fit(brdf, progress)
+        preset = Recipe.spectral if spectral else Recipe.preset
+        chosen = preset(_preset(recipe or given["preset"] or "standard"), **settings)
+    kept = {name: given[name] for name in ("prior", "free_scale", "intervals")}
+    kept = {name: value for name, value in kept.items() if value is not None}
+    fitting = (SpectralFitting if spectral else NetworkFitting)(chosen, given["device"], **kept)
+    fitting.check()
+    return fitting.fit(brdf, progress)
 
 
 def _preset(name: object) -> str:
@@ -171,7 +175,7 @@ def _analytic(brdf: Brdf, model: str, settings: dict[str, Any], progress: Progre
 
     _check(settings, _ANALYTIC, f" of {model}")
     if model not in MODELS:
-        raise NacreError(f"{model!r} is no model{closest(model, [_NETWORK, *MODELS])}")
+        raise NacreError(f"{model!r} is no model{closest(model, [_NETWORK, _SPECTRAL, *MODELS])}")
     return AnalyticFitting(MODELS[model], settings).fit(brdf, progress)
 
 

@@ -16,7 +16,7 @@ from nacre.latent.file import pretrained_hypernetwork
 from nacre.latent.hypernetwork import Hypernetwork
 from nacre.latent.map import MIN_CODES, embed
 from nacre.latent.weights import SIZES, named_tensors
-from nacre.neural.file import numbered_tensors
+from nacre.neural.chain_file import numbered_tensors
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling.parametrizations import BEST, MixtureParametrization

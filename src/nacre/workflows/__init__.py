@@ -16,7 +16,12 @@ if TYPE_CHECKING:
     from nacre.workflows.encoding import encode_texture
     from nacre.workflows.executor import Executor, Threads
     from nacre.workflows.files import FittedFile, fit_files, output_paths
-    from nacre.workflows.fitting import AnalyticFitting, Fitting, NetworkFitting
+    from nacre.workflows.fitting import (
+        AnalyticFitting,
+        Fitting,
+        NetworkFitting,
+        SpectralFitting,
+    )
     from nacre.workflows.inspection import inspect
     from nacre.workflows.manifest import MANIFEST, Manifest, Record
     from nacre.workflows.plausible import draw_materials, plausibility, project_material
@@ -37,6 +42,7 @@ __all__ = [
     "NetworkFitting",
     "Record",
     "Source",
+    "SpectralFitting",
     "Stacks",
     "Threads",
     "Watcher",
@@ -64,7 +70,7 @@ __getattr__, __dir__, _ = lazy_loader.attach(
         "encoding": ["encode_texture"],
         "executor": ["Executor", "Threads"],
         "files": ["FittedFile", "fit_files", "output_paths"],
-        "fitting": ["AnalyticFitting", "Fitting", "NetworkFitting"],
+        "fitting": ["AnalyticFitting", "Fitting", "NetworkFitting", "SpectralFitting"],
         "inspection": ["inspect"],
         "manifest": ["MANIFEST", "Manifest", "Record"],
         "plausible": ["draw_materials", "plausibility", "project_material"],

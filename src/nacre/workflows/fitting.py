@@ -21,7 +21,7 @@ from nacre.formats import check_target, identify, save, target
 from nacre.io.files import PathLike
 from nacre.latent import estimates
 from nacre.measured.scattered import ScatteredBrdf
-from nacre.neural import NeuralBrdf, Recipe
+from nacre.neural import NeuralBrdf, Recipe, SpectralBrdf
 from nacre.neural import file as neural_file
 from nacre.neural.inputs import PAPER
 from nacre.neural.published import KERAS, PAPER_ONLY
@@ -34,6 +34,10 @@ _ENCODERS: dict[str, Callable[[Any], bytes]] = {
     ".json": analytic_file.encode,
 }
 """Encoders of formats whose content can be made without a file."""
+
+
+SPECTRAL = "spectral"
+"""The name of spectral networks among models."""
 
 
 class Fitting(abc.ABC):
@@ -146,7 +150,7 @@ class NetworkFitting(Fitting):
     def deciding(self) -> tuple[Any, ...]:
         return neural.fit, neural.fit_many, estimates.estimate
 
-    def fit(self, brdf: Brdf, progress: Progress) -> NeuralBrdf:
+    def fit(self, brdf: Brdf, progress: Progress) -> NeuralBrdf | SpectralBrdf:
         check_target(f"{brdf.name or 'fit'}{self.ending}", brdf)
         few = self.estimate(brdf)
         seen = few.material if few else brdf
@@ -190,6 +194,35 @@ class NetworkFitting(Fitting):
     @property
     def _keras(self) -> bool:
         return self.ending.lower() in KERAS.extensions
+
+
+@dataclass(frozen=True)
+class SpectralFitting(NetworkFitting):
+    """Fits of spectral networks, which have neither a device nor a prior."""
+
+    prior: bool = False
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        return {"model": SPECTRAL, **asdict(self.recipe)}
+
+    @property
+    def deciding(self) -> tuple[Any, ...]:
+        return (neural.fit_spectral,)
+
+    def fit(self, brdf: Brdf, progress: Progress) -> SpectralBrdf:
+        check_target(f"{brdf.name or 'fit'}{self.ending}", brdf)
+        return neural.fit_spectral(brdf, self.recipe, progress=progress)
+
+    def check(self) -> None:
+        """See :class:`Fitting`; also raises if a device is named, or the file holds RGB."""
+        if self._keras:
+            raise NacreError(f"*{self.ending}: holds RGB networks only; write a .safetensors file")
+        super().check()
+        if self.device is not None or self.free_scale or self.intervals:
+            raise NacreError(
+                "spectral networks are fitted on the CPU, without a prior and without intervals"
+            )
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ from pathlib import Path
 from nacre.errors import NacreError
 from nacre.formats import load_brdf
 from nacre.measured.scattered import ScatteredBrdf
-from nacre.measured.spectra import rgb_weights
 from nacre.measured.textures.direction_list import named_directions
 from nacre.measuring.bsdf import described_bsdf
+from nacre.spectra import rgb_weights
 from nacre.textures.capture.recipe import find
 from tests.fuzz.damage import json_damage, words_damage
 from tests.fuzz.readers import reader

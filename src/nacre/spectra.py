@@ -1,4 +1,4 @@
-"""Measured spectra to linear Rec. 709 RGB."""
+"""Spectra in bands to linear Rec. 709 RGB, or to channels that are bands."""
 
 from __future__ import annotations
 
