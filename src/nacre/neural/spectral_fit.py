@@ -97,8 +97,10 @@ def fit_spectral(
         raise ValueError(f"coefficients must be 1 to {MOST_COEFFICIENTS}, got {coefficients}")
     broad = BroadBands.of(brdf.wavelengths, coefficients)
     scan = brdf.scattered()
-    made = _drawn if scan is None else _scanned
-    data = made(brdf if scan is None else scan, broad, settings, report)
+    if scan is None:
+        data = _drawn(brdf, broad, settings, report)
+    else:
+        data = _scanned(scan, broad, settings, report)
     sizes = settings.hidden, settings.seed, data.training.inputs
     starts = [initial_layers(*sizes, k, data.training.outputs) for k in range(settings.starts)]
     how = settings.batch, SQUARED_RELU, settings.epochs // _TRIAL, data.held_out
