@@ -13,6 +13,7 @@ from nacre.array import Floats
 from nacre.btf import Btf, Indices
 from nacre.errors import FormatError
 from nacre.textures.codecs.codec import TexelCodec, TexelMap, on_all_cores
+from nacre.textures.rates.rated_codes import RatedCodes
 
 _BLOCK = 1 << 26  # bytes of values that are decoded at a time for pictures
 
@@ -20,11 +21,13 @@ _BLOCK = 1 << 26  # bytes of values that are decoded at a time for pictures
 @dataclass(frozen=True)
 class CodecFile:
     """The file that a codec was read from: its name, in the folder of what refers to it, and its
-    SHA-256 in hexadecimal.
+    SHA-256 in hexadecimal. If expanded, codes are those of
+    :meth:`nacre.textures.codecs.TexelCodec.expanded`.
     """
 
     name: str
     sha256: str
+    expanded: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +42,12 @@ class LatentMap:
     reference: CodecFile | None = None
     """The codec's file, if files should refer to it; they embed it where None."""
     metadata: dict[str, Any] = field(default_factory=dict)  # JSON-able: the source, the errors
+    rated: RatedCodes | None = None
+    """How files hold the codes in few bytes; None once a copy has other codes than its own."""
 
     def __post_init__(self) -> None:
+        if self.rated is not None and self.codes is not self.rated.codes:
+            object.__setattr__(self, "rated", None)
         shape, values = self.codes.shape, self.codec.code_dim
         if len(shape) != 3 or shape[2] != values or 0 in shape:
             raise ValueError(f"codes are {shape}, expected (height, width, {values})")
@@ -85,7 +92,9 @@ class NeuralBtf(Btf):
         reference = latent.reference
         facts = super().describe() | {
             "latent size": latent.codec.code_dim,
-            "codes": str(latent.codes.dtype),
+            "codes": f"{latent.rated.bytes_per_texel:.3g} bytes per texel"
+            if latent.rated
+            else str(latent.codes.dtype),
             "model": f"in {reference.name}" if reference else "embedded",
         }
         errors = latent.metadata.get("errors", {})

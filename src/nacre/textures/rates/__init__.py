@@ -1,0 +1,7 @@
+"""Codes of textures in a chosen number of bytes."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach(
+    __name__, submod_attrs={"limit": ["limited"], "rated_codes": ["RatedCodes"]}
+)
