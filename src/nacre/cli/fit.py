@@ -73,6 +73,8 @@ from nacre.errors import FormatError
     options.pixels_option(applies="btf"),
     option("--embed/--no-embed", applies="btf", default=True),
     "Store the codec in the file; otherwise a codec of your own must stay beside it.",
+    options.bytes_per_texel_option(applies="btf"),
+    options.quality_option(applies="btf"),
     option("--texels-per-block", IntRange(1), applies="btf", shown="256 MB of values"),
     "Texels held at a time.",
     option("--resume", applies="btf", is_flag=True),

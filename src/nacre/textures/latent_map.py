@@ -98,7 +98,9 @@ class NeuralBtf(Btf):
             "model": f"in {reference.name}" if reference else "embedded",
         }
         errors = latent.metadata.get("errors", {})
-        return facts | {key: errors[key] for key in ("MSE x 1e4", "relative RMSE") if key in errors}
+        about = " (estimated)" if errors.get("estimated") else ""
+        names = ("MSE x 1e4", "relative RMSE")
+        return facts | {f"{name}{about}": errors[name] for name in names if name in errors}
 
     def texels(self, chosen: Indices | slice) -> Floats:
         return check_decoded(self._decode(self._codes[chosen].astype(np.float32)), self._where)

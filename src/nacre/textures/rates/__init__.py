@@ -3,5 +3,5 @@
 import lazy_loader
 
 __getattr__, __dir__, __all__ = lazy_loader.attach(
-    __name__, submod_attrs={"limit": ["limited"], "rated_codes": ["RatedCodes"]}
+    __name__, submod_attrs={"limit": ["Rate", "limited"], "rated_codes": ["RatedCodes"]}
 )

@@ -41,7 +41,7 @@ def encode_bands(bands: NumberBands) -> list[bytes]:
 
 def decode_bands(
     chunks: Sequence[bytes], channels: int, shapes: Sequence[Sequence[tuple[int, int]]]
-) -> NumberBands:
+) -> list[list[Numbers]]:
     """The bands in chunks; levels that have none are zeros.
 
     Damaged chunks give other numbers. Shapes are those of
@@ -53,6 +53,18 @@ def decode_bands(
         if chunk:
             coder.run(level, np.frombuffer(chunk, np.uint8).copy(), writing=False)
     return bands
+
+
+def encode_table(table: Numbers) -> bytes:
+    """A table of whole numbers, shape (rows, columns), as bytes."""
+    (chunk,) = encode_bands([[np.ascontiguousarray(table[None])]])
+    return chunk
+
+
+def decode_table(chunk: bytes, shape: tuple[int, int]) -> Numbers:
+    """The table of a shape that :func:`encode_table` wrote."""
+    ((table,),) = decode_bands([chunk], 1, [[shape]])
+    return table[0]
 
 
 class _Coder:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
@@ -15,54 +15,69 @@ from nacre.errors import NacreError
 from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.latent_map import LatentMap
-from nacre.textures.rates.bands import LARGEST, NumberBands, encode_bands
-from nacre.textures.rates.rated_codes import LEVELS, TILE, RatedCodes, stream_of, tiles_of
+from nacre.textures.rates.bands import LARGEST, NumberBands, encode_bands, encode_table
+from nacre.textures.rates.rated_codes import RatedCodes, stream_of, tiles_of
 from nacre.textures.rates.space import CodeSpace, looked_at
 from nacre.textures.rates.wavelet import Bands, compose, decompose
 
+TILE, LEVELS = 128, 4
+"""Texels along the edge of a tile, and levels of the wavelet in it."""
 LEAST, MOST = 0.5, 64.0
 """Bytes per texel that can be asked for."""
 LOWEST, HIGHEST = 10.0, 80.0
 """Qualities, in dB, that can be asked for."""
 _TOWARD_ZERO = 0.35  # of a step: what is added before magnitudes are cut to whole numbers
 _CORRECTIONS = 3  # of a step, by how the result looks
-_SAMPLED = 1 << 12  # texels, about, that are looked at
+_SAMPLED = 1 << 14  # texels, about, that are looked at
 _BIT = 0.1155
 """The squared error, in steps squared, that a bit removes from fine rounding: log(2) / 6."""
 _RIDGE = 1e-9
+_AXIS = 0.1  # of the size of an axis: the step of its numbers, if it is one step of rounding long
+_AXIS_BITS = 4.0  # of a number of an axis, about
 _CLOSE = 0.985  # of the bytes asked for; a search ends as close to it as that
 _SLOPE = -1.0  # of the logarithm of bytes by that of the step, before it is known
 _FEW = 8  # tiles that the step for a large map is guessed from
 _ROUNDS = 14
 
 
-def limited(
-    latent: LatentMap,
-    *,
-    bytes_per_texel: float | None = None,
-    quality: float | None = None,
-    progress: Progress = silent,
-) -> LatentMap:
-    """The map with codes that few bytes hold: `bytes_per_texel`, or as many as the quality takes.
+@dataclass(frozen=True)
+class Rate:
+    """How many bytes codes may take: one of both, else a ValueError."""
 
-    Bytes are all of :class:`RatedCodes`; the codec and the directions of a file come on top. The
-    quality is the peak signal-to-noise ratio in dB of square roots of reflectance, against those of
-    the codes given. The codes of the result are those that its file will give.
+    bytes_per_texel: float | None = None
+    """All of :class:`RatedCodes`; the codec and the directions of a file come on top."""
+    quality: float | None = None
+    """Peak signal-to-noise ratio in dB of square roots of reflectance, against the codes given."""
 
-    Raises ValueError unless one of both is given, within its range; a NacreError if the texture
-    needs more bytes, and what :meth:`nacre.textures.codecs.TexelCodec.embedding` does.
+    def __post_init__(self) -> None:
+        if (self.bytes_per_texel is None) == (self.quality is None):
+            raise ValueError("give either bytes per texel or a quality")
+        for what, value, least, most in (
+            ("bytes per texel", self.bytes_per_texel, LEAST, MOST),
+            ("quality in dB", self.quality, LOWEST, HIGHEST),
+        ):
+            if value is not None and not least <= value <= most:
+                raise ValueError(f"{what}: expected {least:g} to {most:g}, got {value:g}")
+
+    @classmethod
+    def of(cls, bytes_per_texel: float | None, quality: float | None) -> Rate | None:
+        """The rate; None where nothing is given."""
+        if bytes_per_texel is None and quality is None:
+            return None
+        return cls(bytes_per_texel, quality)
+
+
+def limited(latent: LatentMap, rate: Rate, progress: Progress = silent) -> LatentMap:
+    """The map with codes that few bytes hold: those that its file will give.
+
+    Raises a NacreError if the texture needs more bytes, and what
+    :meth:`nacre.textures.codecs.TexelCodec.embedding` does.
     """
-    if (bytes_per_texel is None) == (quality is None):
-        raise ValueError("give bytes per texel or a quality")
     tiles = _Tiles(latent)
-    if bytes_per_texel is None:
-        if quality is None or not LOWEST <= quality <= HIGHEST:
-            raise ValueError(f"a quality is {LOWEST:g} to {HIGHEST:g} dB, not {quality}")
-        rated = tiles.with_loss(10.0 ** (-0.1 * quality))
+    if rate.bytes_per_texel is not None:
+        rated = tiles.within(rate.bytes_per_texel, progress)
     else:
-        if not LEAST <= bytes_per_texel <= MOST:
-            raise ValueError(f"bytes per texel are {LEAST:g} to {MOST:g}, not {bytes_per_texel:g}")
-        rated = tiles.within(bytes_per_texel, progress)
+        rated = tiles.with_loss(10.0 ** (-0.1 * float(rate.quality or 0.0)))
     return replace(latent, codes=rated.codes, rated=rated)
 
 
@@ -71,9 +86,10 @@ class _Tiles:
 
     def __init__(self, latent: LatentMap) -> None:
         self._height, self._width, size = latent.codes.shape
-        self._latent, self._pairs = latent, looked_at(latent)
-        self._codes = latent.codes.reshape(-1, size).astype(np.float32)
+        self._latent = latent
+        self._codes = np.asarray(latent.codes.reshape(-1, size), np.float32)
         space = CodeSpace.of(latent)
+        self._felt = space.felt.astype(np.float32)
         onto, center = space.onto.astype(np.float32), space.center.astype(np.float32)
         places = tiles_of(self._height, self._width, TILE)
 
@@ -104,7 +120,7 @@ class _Tiles:
             progress("rate", len(tried) - 1, _ROUNDS, f"{found:.3g} bytes a texel")
             return found
 
-        start = 0.03 * self._largest
+        start = max(0.03 * self._largest, self._finest)
         if len(self._bands) > 2 * _FEW:
             few = np.linspace(0, len(self._bands) - 1, _FEW).astype(int).tolist()
             start = self._search(
@@ -143,15 +159,18 @@ class _Tiles:
         return sum(map(len, chunks)) / sum(map(math.prod, sides))
 
     def with_loss(self, loss: float) -> RatedCodes:
-        """Codes that look different by a mean square of about `loss`."""
-        aim = loss
+        """Codes that look different by a mean square of about `loss`, to a tenth or so."""
+        seen = self._latent.codec.embedding(*looked_at(self._latent))
+        few = slice(None, None, max(1, len(self._codes) // _SAMPLED))
+        before, aim = seen(self._codes[few]), loss
+        trials = []
         for _ in range(_CORRECTIONS):
-            found = self.rated(self._step_of(aim))
-            seen = self._latent.codec.embedding(*self._pairs)
-            few = slice(None, None, max(1, len(self._codes) // _SAMPLED))
-            changed = seen(found.codes.reshape(self._codes.shape)[few]) - seen(self._codes[few])
-            aim *= loss / max(float(np.square(changed).sum(1).mean()), 1e-30)
-        return found
+            trial = self.rated(self._step_of(aim))
+            after = seen(trial.codes.reshape(self._codes.shape)[few])
+            off = loss / max(float(np.square(after - before).sum(1).mean()), 1e-30)
+            aim *= off
+            trials.append((abs(math.log(off)), trial))
+        return min(trials, key=lambda pair: pair[0])[1]
 
     def _step_of(self, loss: float) -> float:
         """The step that rounds so much of a mean square away, by bisection."""
@@ -171,8 +190,8 @@ class _Tiles:
         for place, bands in zip(self._places, numbers, strict=True):
             maps = compose([[band.astype(np.float32) for band in level] for level in bands])
             along[place] = np.moveaxis(maps, 0, -1)
-        decoder = _fitted(along.reshape(len(self._codes), -1), self._codes)
-        return RatedCodes(self._height, self._width, stream, lengths, *decoder)
+        decoder = _fitted(along.reshape(len(self._codes), -1), self._codes, self._felt)
+        return RatedCodes(self._height, self._width, stream, lengths, *decoder, tile=TILE)
 
     @property
     def _finest(self) -> float:
@@ -185,7 +204,7 @@ class _Tiles:
     @property
     def _worth(self) -> float:
         """The error of an axis that is worth its bytes, in steps squared."""
-        return _BIT * 16.0 * self._codes.shape[1]
+        return _BIT * _AXIS_BITS * self._codes.shape[1]
 
     def _saved(self, numbers: Sequence[NumberBands], step: float) -> npt.NDArray[np.float64]:
         """By how much each axis lowers the squared error."""
@@ -215,14 +234,23 @@ def _rounded(bands: Bands, step: float) -> NumberBands:
     return [[rounded(band) for band in level] for level in bands]
 
 
-def _fitted(along: Floats, codes: Floats) -> tuple[npt.NDArray[np.float16], Floats, Floats]:
-    """Axes, the scale of values and the center that bring sums closest to codes."""
+def _fitted(
+    along: Floats, codes: Floats, felt: Floats
+) -> tuple[npt.NDArray[np.uint8], Floats, Floats, Floats]:
+    """Axes, their steps, the scale of values and the center that bring sums closest to codes.
+
+    An axis is rounded the more finely, the longer it is; `felt` is how much each value matters.
+    """
     center, mean = codes.mean(0, dtype=np.float64), along.mean(0, dtype=np.float64)
     wide = along - mean
     normal = wide.T @ wide
+    lengths = np.sqrt(np.maximum(np.diag(normal) / len(codes), 1e-12))
     normal += np.eye(len(normal)) * max(_RIDGE * float(np.trace(normal)), 1e-30)
     axes = np.linalg.solve(normal, wide.T @ (codes - center))
-    scale = np.maximum(np.abs(axes).max(axis=0, initial=0.0), 1e-30).astype(np.float32)
-    half = (axes / scale).astype(np.float16)
-    center = center - mean @ (half.astype(np.float64) * scale)
-    return half, scale, center.astype(np.float32)
+    sizes = np.sqrt(np.square(axes * felt).mean(axis=1))
+    steps = (_AXIS * np.maximum(sizes, 1e-30) / lengths).astype(np.float32)
+    scale = np.asarray(1.0 / felt, np.float32)
+    table = np.round(axes / (steps[:, None] * scale)).clip(-LARGEST, LARGEST).astype(np.int32)
+    center = center - mean @ (table * steps[:, None] * scale).astype(np.float64)
+    written = np.frombuffer(encode_table(table), np.uint8)
+    return written, steps, scale, center.astype(np.float32)

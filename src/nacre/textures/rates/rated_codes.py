@@ -17,18 +17,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats
 from nacre.io.tensors import Tensors
 from nacre.runtime.parallel import thread_map
-from nacre.textures.rates.bands import decode_bands
+from nacre.textures.rates.bands import decode_bands, decode_table
 from nacre.textures.rates.wavelet import band_shapes, compose
-
-TILE, LEVELS = 128, 4
-"""Texels along the edge of a tile, and levels of the wavelet in it."""
 
 _LARGEST = 1e9
 _MAX_NUMBERS, _MAX_TILE, _MAX_AXES, _MAX_LEVELS = 1 << 29, 1 << 10, 1 << 10, 12
-_TENSORS = ("stream", "lengths", "axes", "scale", "center")
+_TENSORS = ("stream", "lengths", "axes", "steps", "scale", "center")
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,13 +36,16 @@ class RatedCodes:
     stream: npt.NDArray[np.uint8]
     """Chunks: the means of all tiles, row by row, then the coarsest level of all, and so on."""
     lengths: npt.NDArray[np.uint32]  # of chunks, shape (1 + levels, tiles)
-    axes: npt.NDArray[np.float16]  # what each number adds to a code, shape (r, code_dim)
-    scale: npt.NDArray[np.float32]  # of the values of codes, which axes are multiples of
+    axes: npt.NDArray[np.uint8]
+    """What each number adds to a code: whole numbers, written as bands are, shape (r, code_dim)
+    before that, to be multiplied by both that follow."""
+    steps: npt.NDArray[np.float32]  # of the axes, shape (r,)
+    scale: npt.NDArray[np.float32]  # of the values of codes, shape (code_dim,)
     center: npt.NDArray[np.float32]  # the code of all zeros, shape (code_dim,)
-    tile: int = TILE
+    tile: int  # texels along the edge of a tile
 
     def __post_init__(self) -> None:
-        rank, size = self.axes.shape
+        rank, size = len(self.steps), len(self.center)
         values, tile = self.height * self.width * size, self.tile
         if not 1 <= values <= _MAX_NUMBERS or not 1 <= tile <= _MAX_TILE:
             raise ValueError(f"{self.width} x {self.height} codes of {size} in tiles of {tile}")
@@ -54,7 +53,8 @@ class RatedCodes:
         for name, kind, shape in (
             ("stream", np.uint8, (self.stream.size,)),
             ("lengths", np.uint32, (len(self.lengths), count)),
-            ("axes", np.float16, (rank, size)),
+            ("axes", np.uint8, (self.axes.size,)),
+            ("steps", np.float32, (rank,)),
             ("scale", np.float32, (size,)),
             ("center", np.float32, (size,)),
         ):
@@ -65,7 +65,7 @@ class RatedCodes:
             raise ValueError(f"codes have {rank} axes in {len(self.lengths)} levels")
         if int(self.lengths.sum(dtype=np.int64)) != self.stream.size:
             raise ValueError("codes have another number of bytes than their tiles")
-        for array in (self.axes, self.scale, self.center):
+        for array in (self.steps, self.scale, self.center):
             if not float(np.abs(array).max(initial=0.0)) <= _LARGEST:
                 raise ValueError(f"axes of codes are not numbers up to {_LARGEST:g}")
 
@@ -102,11 +102,16 @@ class RatedCodes:
             for start, length in zip(starts, self.lengths[:, index].tolist(), strict=True)
         ]
         shapes = band_shapes(height, width, len(self.lengths) - 1)
-        bands = decode_bands(chunks, len(self.axes), shapes)
+        bands = decode_bands(chunks, len(self.steps), shapes)
         maps = compose([[band.astype(np.float32) for band in level] for level in bands])
-        along = maps.reshape(len(self.axes), height * width).T
-        codes = along @ (self.axes.astype(np.float32) * self.scale) + self.center
+        along = maps.reshape(len(self.steps), height * width).T
+        codes = along @ self._matrix + self.center
         return np.asarray(codes.reshape(height, width, -1), np.float32)
+
+    @cached_property
+    def _matrix(self) -> npt.NDArray[np.float32]:
+        table = decode_table(self.axes.tobytes(), (len(self.steps), len(self.center)))
+        return np.asarray(table * self.steps[:, None] * self.scale, np.float32)
 
     @cached_property
     def _starts(self) -> npt.NDArray[np.int64]:
@@ -127,9 +132,11 @@ class RatedCodes:
         return numbers | {"crc32": self._sums()}, tensors
 
     def _sums(self) -> list[int]:
-        """The CRC-32 of the bytes of each level."""
+        """The CRC-32 of the bytes of each level, that of the first with those of axes and center."""
         ends = np.cumsum(self.lengths.sum(axis=1, dtype=np.int64))[:-1]
-        return [zlib.crc32(np.ascontiguousarray(part)) for part in np.split(self.stream, ends)]
+        first, *others = (part.tobytes() for part in np.split(self.stream, ends))
+        decoder = b"".join(getattr(self, name).tobytes() for name in _TENSORS[2:])
+        return [zlib.crc32(part) for part in (decoder + first, *others)]
 
     @classmethod
     def unpack(

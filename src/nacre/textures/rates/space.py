@@ -27,6 +27,7 @@ class CodeSpace:
 
     center: Double  # shape (code_dim,)
     onto: Double  # shape (code_dim, code_dim)
+    felt: Double  # how much a change of each value of a code by 1 is felt, shape (code_dim,)
 
     @classmethod
     def of(cls, latent: LatentMap) -> CodeSpace:
@@ -36,18 +37,17 @@ class CodeSpace:
         linear decoder. Raises what :meth:`nacre.textures.codecs.TexelCodec.embedding` does.
         """
         codec, size = latent.codec, latent.codec.code_dim
-        codes = latent.codes.reshape(-1, size).astype(np.float64)
-        mean = codes.mean(axis=0)
-        sample = codes[:: max(1, len(codes) // _SAMPLED)]
-        looks = codec.embedding(*looked_at(latent))(sample.astype(np.float32)).astype(np.float64)
-        sample = sample - sample.mean(axis=0)
-        slopes = np.linalg.lstsq(sample, looks - looks.mean(axis=0), rcond=None)[0]
+        codes = latent.codes.reshape(-1, size)
+        sample = codes[:: max(1, len(codes) // _SAMPLED)].astype(np.float32)
+        looks = codec.embedding(*looked_at(latent))(sample).astype(np.float64)
+        mean = sample.mean(axis=0, dtype=np.float64)
+        about = sample - mean
+        slopes = np.linalg.lstsq(about, looks - looks.mean(axis=0), rcond=None)[0]
         metric = slopes @ slopes.T
         metric += max(_RIDGE * np.trace(metric) / size, 1e-12) * np.eye(size)
         root = np.linalg.cholesky(metric)  # distances of codes @ root are those of looks
-        codes -= mean
-        _, turn = np.linalg.eigh(root.T @ (codes.T @ codes) @ root)
-        return cls(mean, root @ turn[:, ::-1])
+        _, turn = np.linalg.eigh(root.T @ (about.T @ about) @ root)
+        return cls(mean, root @ turn[:, ::-1], np.sqrt(np.diag(metric)))
 
 
 def looked_at(latent: LatentMap) -> tuple[Floats, Floats]:
