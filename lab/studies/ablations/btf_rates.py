@@ -4,8 +4,8 @@ Every capture is encoded with nacre's codec at several rates, by `nacre fit --by
 from codes of half precision, by `nacre btf recode`; and by what else could be done: principal
 components of all training materials, rounded and written the same way; factored channels as in
 Bonn's `.btf`; and maps of albedo, normal, roughness and specular reflectance for GGX, fitted texel
-by texel (at some texels, as they are without being rounded: 7 bytes). With `--minutes`, a network is
-trained for each material.
+by texel (at some texels, as they are without being rounded: 7 bytes). With `--minutes`, a network
+is trained for each material.
 
 Errors are mean squares of reflectance factors times 10,000 at all texels and some pairs of
 directions, also by the angle of the view. FLIP is that of flat pictures in the light of one
@@ -13,8 +13,8 @@ direction, and of the included studio, which the measured lights stand for; mean
 above and a steep one. Bytes are those of codes with all that belongs to the texture, without the
 shared codec. Sheets show the captures and what is left of them at 64, 8 and 2 bytes.
 
-Run `nacre btf capture leather12 --texels 128 --directions LIST -o UNSEEN/leather12.npz` and so on, for
-the recipes in `lab/studies/recipes` too, then `python -m lab.studies.ablations.btf_rates
+Run `nacre btf capture leather12 --texels 128 --directions LIST -o UNSEEN/leather12.npz` and so on,
+for the recipes in `lab/studies/recipes` too, then `python -m lab.studies.ablations.btf_rates
 UNSEEN/*.npz --train TRAIN/*.npz -o OUT`. It takes some minutes of a core for each texture of 128 x
 128 texels and 2,601 pairs. Rows of a capture are kept in OUT, so that a later run goes on.
 """

@@ -116,7 +116,7 @@ def fit(
     found = opened(material, directions=directions, quantity=pixels)
     network = {"preset": preset, "max_bytes": max_bytes, "prior": prior, "free_scale": free_scale}
     network |= {"device": device}
-    texture = {"codec": codec, "texels_per_block": texels_per_block}
+    texture: dict[str, Any] = {"codec": codec, "texels_per_block": texels_per_block}
     texture |= {"bytes_per_texel": bytes_per_texel, "quality": quality}
     if isinstance(found, Btf):
         _refuse({"recipe": recipe, "model": model, **network}, f"{found.name} is a texture")

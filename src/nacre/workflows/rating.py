@@ -31,14 +31,15 @@ def rated(
     the two, what looks closer to the coefficients at the rate is taken. A quality is kept by
     coefficients.
     """
-    found = limited(latent, rate, progress)
+    found: LatentMap = limited(latent, rate, progress)
     if codec.expanded_dim is None or rate.bytes_per_texel is None:
         return found
     height, width, size = latent.codes.shape
     short = codec.shortened(latent.codes.reshape(-1, size)).reshape(height, width, -1)
     reference = latent.reference and replace(latent.reference, expanded=False)
     other = limited(replace(latent, codes=short, codec=codec, reference=reference), rate, progress)
-    return min(found, other, key=lambda one: _distance(one, latent))
+    closer: LatentMap = min(found, other, key=lambda one: _distance(one, latent))
+    return closer
 
 
 def _distance(one: LatentMap, truth: LatentMap) -> float:

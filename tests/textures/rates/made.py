@@ -22,6 +22,6 @@ def latent(height: int = 70, width: int = 150) -> LatentMap:
     rough = random.normal(size=(height, width, 6))
     smooth = 6.0 * gaussian_filter(rough, (3.0, 3.0, 0.0), mode="wrap")
     places = (0.15 * rough + smooth) * np.geomspace(1.0, 0.1, 6)
-    codes = np.asarray(3.0 + places @ turn, np.float32)
+    codes = np.asarray(-0.2 + places @ turn, np.float32)
     facts = {"errors": {"MSE x 1e4": 2.5, "relative RMSE": 0.1}}
     return LatentMap(codes, codec(sizes=SIZES), *UTIA.pairs(), "felt", None, facts)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +43,7 @@ def test_bytes_are_those_asked_for_and_more_lose_less() -> None:
         assert found.rated is not None
         assert 0.95 * wanted < found.rated.bytes_per_texel <= wanted
         losses.append(loss(found, before))
-    assert all(b < 0.6 * a for a, b in zip(losses[:-1], losses[1:], strict=True))
+    assert all(b < 0.6 * a for a, b in pairwise(losses))
     plain = float(np.square(before.codes - before.codes.mean((0, 1))).sum(2).mean())
     assert losses[-1] < 1e-2 * plain
 
@@ -73,7 +74,8 @@ def test_one_color_takes_next_to_nothing() -> None:
     flat = replace(latent(), codes=np.full((70, 150, 6), 0.25, np.float32))
     found = limited(flat, Rate(0.5))
     assert found.codes == pytest.approx(flat.codes, abs=1e-6)
-    assert found.rated is not None and found.rated.bytes_per_texel < 0.02
+    assert found.rated is not None
+    assert found.rated.bytes_per_texel < 0.02
 
 
 @pytest.mark.parametrize(
@@ -103,7 +105,8 @@ def test_changed_codes_are_written_as_they_are(path: Path, tmp_path: Path) -> No
 
 def test_tiles_are_read_alone(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = load_latent_map(path).rated
-    assert found is not None and len(found.tiles) == 2
+    assert found is not None
+    assert len(found.tiles) == 2
     rows, columns = found.tiles[1]
     start = int(found.lengths[0, 0])
     harmed = found.stream.copy()
@@ -178,7 +181,8 @@ def test_coefficients_say_more_than_codes() -> None:
     short = latent()
     codec, random = short.codec, np.random.default_rng(3)
     expanded = codec.expanded()
-    assert expanded is not None and codec.expanded_dim == expanded.code_dim == 14
+    assert expanded is not None
+    assert codec.expanded_dim == expanded.code_dim == 14
     coefficients = codec.decode(short.codes.reshape(-1, 6))
     assert codec.shortened(coefficients) == pytest.approx(short.codes.reshape(-1, 6), abs=0.05)
     coefficients += 0.05 * random.normal(size=coefficients.shape).astype(np.float32)
@@ -225,5 +229,6 @@ def test_the_error_of_a_recoded_texture_is_estimated() -> None:
 def test_a_large_map_is_tried_in_part(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("nacre.textures.rates.limit.TILE", 16)
     found = limited(latent(), Rate(4.0))
-    assert found.rated is not None and len(found.rated.tiles) == 50
+    assert found.rated is not None
+    assert len(found.rated.tiles) == 50
     assert 3.8 < found.rated.bytes_per_texel <= 4.0

@@ -64,7 +64,7 @@ def encode_table(table: Numbers) -> bytes:
 def decode_table(chunk: bytes, shape: tuple[int, int]) -> Numbers:
     """The table of a shape that :func:`encode_table` wrote."""
     ((table,),) = decode_bands([chunk], 1, [[shape]])
-    return table[0]
+    return table.reshape(shape)
 
 
 class _Coder:

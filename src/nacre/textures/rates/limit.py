@@ -10,7 +10,7 @@ from itertools import chain
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats
+from nacre.array import Doubles, Floats
 from nacre.errors import NacreError
 from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress, silent
@@ -206,22 +206,22 @@ class _Tiles:
         """The error of an axis that is worth its bytes, in steps squared."""
         return _BIT * _AXIS_BITS * self._codes.shape[1]
 
-    def _saved(self, numbers: Sequence[NumberBands], step: float) -> npt.NDArray[np.float64]:
+    def _saved(self, numbers: Sequence[NumberBands], step: float) -> Doubles:
         """By how much each axis lowers the squared error."""
-        return sum(
-            (np.square(band) - np.square(band - step * number)).sum((1, 2), dtype=np.float64)
-            for whole, rounded in zip(self._bands, numbers, strict=True)
-            for band, number in zip(chain(*whole), chain(*rounded), strict=True)
-        )
+        saved = np.zeros(self._codes.shape[1])
+        for whole, rounded in zip(self._bands, numbers, strict=True):
+            for band, number in zip(chain(*whole), chain(*rounded), strict=True):
+                left = np.square(band - np.float32(step) * number)
+                saved += (np.square(band) - left).sum((1, 2), dtype=np.float64)
+        return saved
 
     def _loss(self, step: float) -> float:
         """The mean square, over texels, of what rounding takes away."""
-        total = sum(
-            np.square(band - step * number).sum(dtype=np.float64)
-            for bands in self._bands
-            for band, number in zip(chain(*bands), chain(*_rounded(bands, step)), strict=True)
-        )
-        return float(total) / len(self._codes)
+        total: float = 0.0
+        for bands in self._bands:
+            for band, number in zip(chain(*bands), chain(*_rounded(bands, step)), strict=True):
+                total += float(np.square(band - np.float32(step) * number).sum(dtype=np.float64))
+        return total / len(self._codes)
 
 
 def _rounded(bands: Bands, step: float) -> NumberBands:
@@ -229,7 +229,10 @@ def _rounded(bands: Bands, step: float) -> NumberBands:
 
     def rounded(band: Floats) -> npt.NDArray[np.int32]:
         sizes = np.floor(np.abs(band) * np.float32(1.0 / step) + np.float32(_TOWARD_ZERO))
-        return np.copysign(np.minimum(sizes, LARGEST), band).astype(np.int32)
+        signed: npt.NDArray[np.int32] = np.copysign(np.minimum(sizes, LARGEST), band).astype(
+            np.int32
+        )
+        return signed
 
     return [[rounded(band) for band in level] for level in bands]
 

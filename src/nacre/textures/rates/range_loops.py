@@ -1,7 +1,8 @@
 """The compiled loops of an adaptive binary range coder of whole numbers in bands.
 
 Each number is told by yes and no: is it 0, is it 1, and so on. What came out before in like places
-gives the probability of either, and a number costs the logarithms of them. The coder is the carry-propagating one of Martin (1979), "Range encoding".
+gives the probability of either, and a number costs the logarithms of them. The coder is the
+carry-propagating one of Martin (1979), "Range encoding".
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ CONTEXTS = _NEAR * _FAR * (_UNARY + _BITS)
 """Probabilities of a kind of band."""
 
 
-@compiled  # type: ignore[untyped-decorator]
+@compiled
 def _emit(state: Any, data: Any) -> None:
     low = state[LOW]
     if low < 0xFF000000 or low > _FULL:
@@ -38,7 +39,7 @@ def _emit(state: Any, data: Any) -> None:
     state[LOW] = (low & 0x00FFFFFF) << 8
 
 
-@compiled  # type: ignore[untyped-decorator]
+@compiled
 def _take(state: Any, data: Any) -> None:
     place = state[PLACE]
     byte = data[place] if place < data.shape[0] else 0
@@ -46,7 +47,7 @@ def _take(state: Any, data: Any) -> None:
     state[PLACE] = place + 1
 
 
-@compiled  # type: ignore[untyped-decorator]
+@compiled
 def _coded(bit: Any, chance: Any, state: Any, data: Any, writing: Any) -> Any:
     """A bit, written, or read, whose probability of 1 is `chance` / 65,536."""
     bound = (state[RANGE] >> 16) * chance
@@ -72,7 +73,7 @@ def _coded(bit: Any, chance: Any, state: Any, data: Any, writing: Any) -> Any:
     return bit
 
 
-@compiled  # type: ignore[untyped-decorator]
+@compiled
 def _adaptive(bit: Any, context: Any, chances: Any, state: Any, data: Any, writing: Any) -> Any:
     fast, slow, count = chances[context, 0], chances[context, 1], chances[context, 2]
     chance = min(max((fast + slow) >> 1, _LEAST), 65536 - _LEAST)
@@ -84,7 +85,7 @@ def _adaptive(bit: Any, context: Any, chances: Any, state: Any, data: Any, writi
     return bit
 
 
-@compiled  # type: ignore[untyped-decorator]
+@compiled
 def _size(value: Any, most: Any) -> Any:
     """The number of bits of a magnitude, at most `most`."""
     bits = 0
@@ -93,7 +94,7 @@ def _size(value: Any, most: Any) -> Any:
     return bits
 
 
-@compiled  # type: ignore[untyped-decorator]
+@compiled
 def start(state: Any, data: Any, writing: Any) -> None:
     """Begin to write, or to read, `data`."""
     state[LOW], state[RANGE], state[HELD] = 0, _FULL, 0
@@ -106,7 +107,7 @@ def start(state: Any, data: Any, writing: Any) -> None:
             _take(state, data)
 
 
-@compiled  # type: ignore[untyped-decorator]
+@compiled
 def finish(state: Any, data: Any) -> None:
     """Write what is left, in as few bytes as tell it where zeros follow."""
     low, end = state[LOW], state[LOW] + state[RANGE]
@@ -121,7 +122,7 @@ def finish(state: Any, data: Any) -> None:
         state[PLACE] -= 1
 
 
-@compiled  # type: ignore[untyped-decorator]
+@compiled
 def band(
     numbers: Any,
     beside: Any,

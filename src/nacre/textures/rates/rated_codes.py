@@ -132,7 +132,7 @@ class RatedCodes:
         return numbers | {"crc32": self._sums()}, tensors
 
     def _sums(self) -> list[int]:
-        """The CRC-32 of the bytes of each level, that of the first with those of axes and center."""
+        """The CRC-32 of the bytes of each level; axes and center belong to the first."""
         ends = np.cumsum(self.lengths.sum(axis=1, dtype=np.int64))[:-1]
         first, *others = (part.tobytes() for part in np.split(self.stream, ends))
         decoder = b"".join(getattr(self, name).tobytes() for name in _TENSORS[2:])
@@ -150,8 +150,9 @@ class RatedCodes:
         for name in ("height", "width", "tile"):
             if type(numbers[name]) is not int or numbers[name] < 0:
                 raise ValueError(f"codes: {name} is {numbers[name]!r:.40}, not a whole number")
-        stream, *others = (tensors[f"codes.{name}"] for name in _TENSORS)
-        found = cls(numbers["height"], numbers["width"], stream, *others, tile=numbers["tile"])
+        arrays: Any = {name: tensors[f"codes.{name}"] for name in _TENSORS}
+        sizes = {name: numbers[name] for name in ("height", "width", "tile")}
+        found = cls(**sizes, **arrays)
         count = len(found.lengths) if levels is None else min(levels, len(found.lengths))
         sums = numbers["crc32"]
         if not isinstance(sums, list) or found._sums()[:count] != sums[:count]:
