@@ -48,7 +48,7 @@ from nacre.textures.codecs.codec import TexelCodec, TrainingRun, on_all_cores
 from nacre.textures.codecs.networks.custom import CustomNetwork
 from nacre.textures.codecs.principal.codec import PcaCodec
 from nacre.textures.latent_map import LatentMap
-from nacre.textures.rates import Rate, limited
+from nacre.textures.limit import Rate, limited
 from nacre.textures.selection import nearest_pair
 from nacre.workflows.encoding import encode
 from nacre.workflows.rating import rated
@@ -319,6 +319,29 @@ def main() -> None:
         mean = geometric_mean(list(errors.values()))
         lines.append([str(key[0]), f"{size:.3g}", *texts, f"{mean:.3g}", f"{steep:.2f}", means])
     study.table(columns, lines)
+    draw_curves(rows, study.output / "curves.png")
+
+
+def draw_curves(rows: list[dict[str, float | str]], path: Path) -> None:
+    """Geometric means of errors against means of bytes, both on logarithmic axes."""
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(6.4, 4.2), layout="constrained")
+    for method in dict.fromkeys(str(row["method"]) for row in rows):
+        own = [row for row in rows if row["method"] == method]
+        rates = dict.fromkeys(str(row["rate"]) for row in own)
+        points = sorted(
+            tuple(
+                geometric_mean([float(row[key]) for row in own if row["rate"] == rate])
+                for key in ("bytes", "mse")
+            )
+            for rate in rates
+        )
+        axes.plot(*zip(*points, strict=True), "o-", ms=4, label=method)
+    axes.set(xscale="log", yscale="log", xlabel="bytes per texel", ylabel="MSE x 10\u2074")
+    axes.legend(fontsize=8)
+    figure.savefig(path, dpi=150)
+    plt.close(figure)
 
 
 if __name__ == "__main__":

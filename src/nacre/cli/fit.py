@@ -64,7 +64,7 @@ from nacre.errors import FormatError
         shown="800,000; 4,000,000 if anisotropic or stereographic; fewer for drafts and analytic "
         "models",
     ),
-    "Samples to draw from the material.",
+    "Samples to draw.",
     option("--gain", positive(1e6), applies="brdf", shown="32 with enhanced inputs, else 1"),
     "Weight of dark values in the loss.",
     options.codec_option(applies="btf"),

@@ -31,7 +31,7 @@ from nacre.runtime.progress import Progress
 from nacre.workflows.watcher import Watcher
 
 if TYPE_CHECKING:
-    from nacre.textures.rates import Rate
+    from nacre.textures.limit import Rate
     from nacre.workflows import Executor, FittedFile, Fitting, Record
 
 _RECIPE = ("inputs", "hidden", "precision", "samples", "seed", "gain", "sampling", "physical")
@@ -246,7 +246,7 @@ def _facts(file: FittedFile) -> dict[str, Any]:
 
 def chosen_rate(chosen: Mapping[str, Any]) -> Rate | None:
     """What `--bytes-per-texel` and `--quality` say."""
-    from nacre.textures.rates import Rate
+    from nacre.textures.limit import Rate
 
     given = chosen["bytes_per_texel"], chosen["quality"]
     if None not in given:

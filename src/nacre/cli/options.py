@@ -299,13 +299,13 @@ bytes_per_texel_option = _shared(
     "--bytes-per-texel",
     FiniteRange(0.5, 64.0),
     metavar="B",
-    help="Size of the codes, without the codec, instead of --precision.",
+    help="Size of the codes.",
 )
 quality_option = _shared(
     "--quality",
     FiniteRange(10.0, 80.0),
     metavar="DB",
-    help="Loss of the codes instead of their size: 25 is coarse, 40 is fine.",
+    help="Loss of the codes: 25 is coarse, 40 fine.",
 )
 texels_option = _shared("--texels", TEXELS, metavar="WxH")
 device_option = _shared(

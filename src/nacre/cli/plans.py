@@ -13,7 +13,7 @@ from nacre.io.outputs import check_replaceable
 if TYPE_CHECKING:
     from nacre.download.databases import Database
     from nacre.textures.capture.dataset import Settings
-    from nacre.textures.rates import Rate
+    from nacre.textures.limit import Rate
 
 _SECONDS = {"draft": 0.3, "standard": 1.5, "best": 12.0}
 """Seconds for the fit of a network with each preset, on two cores."""

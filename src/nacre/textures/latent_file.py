@@ -29,8 +29,9 @@ from nacre.io.tensors import (
 )
 from nacre.measured.textures.directions import PAIR_LIMIT, check_directions
 from nacre.measured.textures.domes import pairs
+from nacre.textures.alike import alike, same_codec
 from nacre.textures.codecs.codec import TexelCodec
-from nacre.textures.codecs.codec_file import PRETRAINED, codec_fingerprint, load_codec, unpack_codec
+from nacre.textures.codecs.codec_file import PRETRAINED, load_codec, unpack_codec
 from nacre.textures.compact import CompactCodes
 from nacre.textures.latent_map import CodecFile, LatentMap, NeuralBtf
 from nacre.textures.rates.rated_codes import RatedCodes
@@ -59,7 +60,7 @@ def save_latent_map(latent: LatentMap, path: PathLike) -> None:
     """Write a map of codes; the same map gives the same bytes.
 
     An embedded codec is written in the lowest precision that changes none of its weights. Codes
-    take few bytes if they come from :func:`nacre.textures.rates.limited` or from such a file.
+    take few bytes if they come from :func:`nacre.textures.limited` or from such a file.
 
     Raises a FormatError if a code is not finite or the path cannot be written.
     """
@@ -89,19 +90,13 @@ def load_latent_maps(paths: Sequence[Path]) -> list[LatentMap]:
     Raises what :func:`load_latent_map` does, and a FormatError if one was encoded by another codec
     than the first.
     """
-    found: list[LatentMap] = []
-    first = ""
-    for path in paths:
-        latent = load_latent_map(path)
-        fingerprint = codec_fingerprint(latent.codec)
-        first = first or fingerprint
-        if fingerprint != first:
-            raise FormatError(
-                f"{path}: was encoded by another model than {paths[0]}; encode it again with "
-                "nacre fit --codec"
-            )
-        found.append(latent)
-    return found
+    found = alike([load_latent_map(path) for path in paths])
+    if (other := same_codec(found)) is not None:
+        raise FormatError(
+            f"{paths[other]}: was encoded by another model than {paths[0]}; encode it again with "
+            "nacre fit --codec"
+        )
+    return list(found)
 
 
 def _encode(latent: LatentMap) -> bytes:

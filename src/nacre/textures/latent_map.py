@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -55,6 +55,18 @@ class LatentMap:
             raise ValueError(f"codes are {self.codes.dtype}, expected float16 or float32")
         if self.wi.shape != self.wo.shape or self.wi.ndim != 2 or self.wi.shape[1] != 3:
             raise ValueError(f"directions are {self.wi.shape}, {self.wo.shape}, expected (n, 3)")
+
+    def expanded(self) -> LatentMap | None:
+        """The map with coefficients for codes, or None: see
+        :meth:`nacre.textures.codecs.TexelCodec.expanded`.
+        """
+        codec = self.codec.expanded()
+        if codec is None:
+            return None
+        flat = self.codes.reshape(-1, self.codec.code_dim).astype(np.float32)
+        codes = self.codec.coefficients(flat).reshape(*self.codes.shape[:2], -1)
+        reference = self.reference and replace(self.reference, expanded=True)
+        return replace(self, codes=codes, codec=codec, reference=reference)
 
 
 def check_decoded(values: Floats, where: str) -> Floats:

@@ -78,7 +78,7 @@ def fit(
         Texels in memory at a time; 256 MB of values where None.
     bytes_per_texel, quality
         How many bytes the codes of a texture may take, 0.5 to 64, or with how many dB they are to
-        keep what the codec makes of it, 10 to 80; see :class:`nacre.textures.rates.Rate`.
+        keep what the codec makes of it, 10 to 80; see :class:`nacre.textures.limit.Rate`.
     progress
         Called as the fit goes on.
     settings
@@ -184,7 +184,7 @@ def _texture(
     progress: Progress,
 ) -> Btf:
     from nacre.textures.codecs.codec_file import PRETRAINED
-    from nacre.textures.rates import Rate
+    from nacre.textures.limit import Rate
     from nacre.workflows.encoding import encoded_texture
 
     _check(settings, frozenset({"precision", *_TEXTURE_ONLY}), " of a texture")

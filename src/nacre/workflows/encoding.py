@@ -28,7 +28,7 @@ from nacre.textures.codecs.codec import TexelCodec, on_all_cores
 from nacre.textures.codecs.codec_file import PRETRAINED, codec_path, load_codec
 from nacre.textures.latent_file import check_latent_path, save_latent_map
 from nacre.textures.latent_map import CodecFile, LatentMap, NeuralBtf
-from nacre.textures.rates import Rate
+from nacre.textures.limit import Rate
 from nacre.workflows.identity import source_files, source_fingerprint
 from nacre.workflows.rating import rated, rated_errors
 

@@ -12,10 +12,10 @@ from nacre.btf import Btf
 from nacre.metrics.texture_comparison import compare_textures
 from nacre.metrics.texture_errors import Errors
 from nacre.runtime.progress import Progress, silent
+from nacre.textures.code_space import looked_at
 from nacre.textures.codecs.codec import TexelCodec
 from nacre.textures.latent_map import LatentMap, NeuralBtf
-from nacre.textures.rates import Rate, limited
-from nacre.textures.rates.space import looked_at
+from nacre.textures.limit import Rate, limited
 
 _SAMPLED = 1 << 12  # texels, about, that two ways are compared at
 _PAIRS = 512  # pairs of directions that a loss is measured at

@@ -14,8 +14,10 @@ from nacre.io.files import digest
 from nacre.measured.textures.domes import BONN
 from nacre.textures import LatentMap, NeuralBtf, load_latent_map, save_latent_map
 from nacre.textures.codecs import save_codec
+from nacre.textures.latent_file import load_latent_maps
 from nacre.textures.latent_map import CodecFile
-from nacre.textures.rates import Rate, limited
+from nacre.textures.limit import Rate, limited
+from nacre.textures.synthesis import blend
 from nacre.workflows.rating import rated, recoded
 from tests.textures.codec_files import header_and_tensors, rewrite
 from tests.textures.rates.made import latent
@@ -227,8 +229,22 @@ def test_the_error_of_a_recoded_texture_is_estimated() -> None:
 
 
 def test_a_large_map_is_tried_in_part(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("nacre.textures.rates.limit.TILE", 16)
+    monkeypatch.setattr("nacre.textures.limit.TILE", 16)
     found = limited(latent(), Rate(4.0))
     assert found.rated is not None
     assert len(found.rated.tiles) == 50
     assert 3.8 < found.rated.bytes_per_texel <= 4.0
+
+
+def test_codes_and_coefficients_are_blended_and_compared(tmp_path: Path) -> None:
+    short = latent(20, 30)
+    whole = short.expanded()
+    assert whole is not None
+    mask = np.tile(np.linspace(0.0, 1.0, 30, dtype=np.float32), (20, 1))
+    mixed = blend(short, whole, mask, keep_contrast=False)
+    assert mixed.codes == pytest.approx(whole.codes, abs=1e-5)
+    paths = [tmp_path / "short.safetensors", tmp_path / "whole.safetensors"]
+    for made, path in zip((short, whole), paths, strict=True):
+        save_latent_map(made, path)
+    one, two = load_latent_maps(paths)
+    np.testing.assert_array_equal(one.codes, two.codes)

@@ -39,7 +39,7 @@ def command(
     """
     from nacre.metrics.texture_errors import UNITS
     from nacre.textures.latent_file import check_latent_path, load_latent_map, save_latent_map
-    from nacre.textures.rates import Rate
+    from nacre.textures.limit import Rate
     from nacre.workflows.rating import recoded
 
     given = [value for value in (bytes_per_texel, quality, levels) if value is not None]

@@ -203,6 +203,10 @@ class TexelCodec(Frozen, abc.ABC):
         """
         return None
 
+    def coefficients(self, codes: Floats) -> Floats:
+        """What codes, shape (b, :attr:`code_dim`), are expanded to: (b, :attr:`expanded_dim`)."""
+        raise NotImplementedError
+
     def shortened(self, coefficients: Floats) -> Floats:
         """Codes closest to coefficients, shape (b, :attr:`expanded_dim`)."""
         raise NotImplementedError

@@ -102,6 +102,9 @@ class BasisCodec(TexelCodec):
         same = SkipNetwork.identity(self.expanded_dim)
         return self.replaced(encode=same, decode=same)
 
+    def coefficients(self, codes: Floats) -> Floats:
+        return codes if self.decode.is_identity else self.decode(codes)
+
     def shortened(self, coefficients: Floats) -> Floats:
         parts = range(0, len(coefficients), _CHUNK)
         return np.concatenate([self._short(coefficients[k : k + _CHUNK]) for k in parts])

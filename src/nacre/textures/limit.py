@@ -14,10 +14,10 @@ from nacre.array import Doubles, Floats
 from nacre.errors import NacreError
 from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress, silent
+from nacre.textures.code_space import CodeSpace, looked_at
 from nacre.textures.latent_map import LatentMap
 from nacre.textures.rates.bands import LARGEST, NumberBands, encode_bands, encode_table
 from nacre.textures.rates.rated_codes import RatedCodes, stream_of, tiles_of
-from nacre.textures.rates.space import CodeSpace, looked_at
 from nacre.textures.rates.wavelet import Bands, compose, decompose
 
 TILE, LEVELS = 128, 4
@@ -204,7 +204,7 @@ class _Tiles:
     @property
     def _worth(self) -> float:
         """The error of an axis that is worth its bytes, in steps squared."""
-        return _BIT * _AXIS_BITS * self._codes.shape[1]
+        return _BIT * _AXIS_BITS * float(self._codes.shape[1])
 
     def _saved(self, numbers: Sequence[NumberBands], step: float) -> Doubles:
         """By how much each axis lowers the squared error."""
