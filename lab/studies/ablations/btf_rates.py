@@ -55,6 +55,7 @@ from nacre.workflows.rating import rated
 
 RATES = 32.0, 16.0, 8.0, 4.0, 2.0, 1.0, 0.5
 PEERS = 8.0, 4.0, 2.0
+PLAIN = "nacre, in half precision"
 SHEET = "64", "8", "2"
 """Rates of nacre that sheets show, as rows name them."""
 COMPARED = 300  # pairs of directions
@@ -161,7 +162,7 @@ def nacre_rates(trial: Trial, codec: TexelCodec) -> Iterator[tuple[str, str, flo
     shape = *expanded.codes.shape[:2], -1
     flat = codec.shortened(expanded.codes.reshape(-1, expanded.codes.shape[2]))
     plain = LatentMap(flat.reshape(shape).astype(np.float16), codec, trial.btf.wi, trial.btf.wo)
-    yield "nacre", "64", 64.0, decoding(trial, codec, plain.codes)
+    yield PLAIN, "64", 64.0, decoding(trial, codec, plain.codes)
     for rate in RATES:
         found = rated(expanded, codec, Rate(rate))
         size = found.rated.bytes_per_texel if found.rated else math.nan
@@ -272,7 +273,7 @@ def rows_of(
                 {"texture": path.stem, "method": method, "rate": rate, "bytes": size, **facts}
             )
             log(rows[-1])
-            if method == "nacre" and rate in SHEET:
+            if method in (PLAIN, "nacre") and rate in SHEET:
                 shown[rate] = pictures
     rows.append({"texture": path.stem, "method": "GGX maps", "rate": "7", "bytes": 7.0})
     rows[-1] |= ggx_maps(trial)
