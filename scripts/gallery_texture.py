@@ -1,7 +1,7 @@
 """Store an encoded texture for the gallery: `gallery_texture.py ENCODED CAPTURED OUTPUT [HEIGHTS]`.
 
-Codes become compact; errors of what is left of them, against what was captured at all pairs of
-directions, are told and stored. Heights, as many a texel as there are, become their mean and lie
+Codes take 22 bytes a texel; errors of what is left of them, against what was captured at all pairs
+of directions, are told and stored. Heights, as many a texel as there are, become their mean and lie
 beside the output.
 """
 
@@ -16,17 +16,19 @@ import numpy as np
 from nacre.formats import load_btf
 from nacre.metrics.texture_errors import ErrorSums
 from nacre.textures.codecs.codec import on_all_cores
-from nacre.textures.compact import CompactCodes
 from nacre.textures.height_file import read_heights, write_heights
 from nacre.textures.latent_file import load_latent_map, save_latent_map
+from nacre.textures.limit import Rate, limited
 
 BLOCK = 4096  # texels at a time
+RATE = Rate(22.0)
 
 
 def main(encoded: str, captured: str, output: str, heights: str | None = None) -> None:
     """Write OUTPUT (.safetensors), and heights beside it (.exr) where there are some."""
     latent, table = load_latent_map(encoded), load_btf(captured)
-    codes = latent.codes, CompactCodes.of(latent.codes, latent.codec).codes
+    small = limited(latent, RATE)
+    codes = latent.codes, small.codes
     decode = on_all_cores(latent.codec, latent.codec.decoder(table.wi, table.wo))
     errors = ErrorSums(), ErrorSums()
     for start in range(0, table.texel_count, BLOCK):
@@ -37,7 +39,7 @@ def main(encoded: str, captured: str, output: str, heights: str | None = None) -
             sums.add(texels, decode(flat), table.wo)
     before, facts = (sums.result().facts() for sums in errors)
     stored = latent.metadata | {"errors": facts | {"pairs compared a texel": table.pair_count}}
-    save_latent_map(replace(latent, metadata=stored), output, compact=True)
+    save_latent_map(replace(small, metadata=stored), output)
     print(
         f"{output}: {Path(output).stat().st_size:,} bytes, MSE x 1e4 {facts['MSE x 1e4']:.4g} "
         f"(codes as they were {before['MSE x 1e4']:.4g})"

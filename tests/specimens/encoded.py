@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from nacre.textures.latent_map import LatentMap
+from nacre.textures.limit import Rate, limited
 from tests.specimens.networks import safetensors_bytes
 from tests.specimens.specimen import Array, Specimen, odd_array, odd_json, odd_shape, packed
 from tests.textures.codecs.basis.made import codec
@@ -32,6 +34,18 @@ def _tensors(scattered: bool = False, compact: bool = False) -> dict[str, Array]
         tensors["codes.axes"] = np.array([[0.1, 0.02], [-0.02, 0.1]], "<f4")
         tensors["codes.center"] = np.array([-1.0, 0.5], "<f4")
     return tensors
+
+
+def _rated() -> bytes:
+    """A file of version 2."""
+    random = np.random.default_rng(3)
+    codes = random.normal(size=(9, 7, 2)).astype(np.float32)
+    directions = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]], np.float32)
+    found = limited(LatentMap(codes, codec(), directions, directions[[0, 0]]), Rate(8.0)).rated
+    assert found is not None
+    numbers, tensors = found.pack()
+    plain = {name: array for name, array in _tensors().items() if name != "codes"}
+    return _bytes(plain | tensors, _header() | {"version": 2, "codes": numbers})
 
 
 def _header() -> dict[str, Any]:
@@ -93,7 +107,10 @@ def _rebuilt(_: bytes, random: Random) -> bytes:
 SPECIMENS = {
     "nacre encoded texture": Specimen(
         "cloth.safetensors",
-        lambda: [_bytes(_tensors(*kind), _header()) for kind in ((), (True,), (False, True))],
+        lambda: [
+            *(_bytes(_tensors(*kind), _header()) for kind in ((), (True,), (False, True))),
+            _rated(),
+        ],
         header=100,
         sized=_sized,
         valued=_valued,

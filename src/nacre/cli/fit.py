@@ -21,8 +21,8 @@ from nacre.errors import FormatError
     "File (.safetensors, .h5 or .json) or folder/ to write.",
     options.preset_option(applies="network", first=True),
     option("--model", applies="brdf", first=True, default="nbrdf", metavar="NAME"),
-    "Model to fit: nbrdf (a network), spectral (a network over wavelength), an analytic one (ggx, "
-    "sgd, ...) or a standard one (openpbr, principled, gltf, closures). An unknown name lists all.",
+    "Model to fit: nbrdf (a network), spectral (one over wavelength), an analytic one (ggx, ...) "
+    "or a standard one (openpbr, principled, gltf, closures). An unknown name lists all.",
     option("--physical", applies="network", first=True, is_flag=True),
     "Fit a network that is reciprocal, positive and energy-conserving.",
     option("--max-bytes", IntRange(64, 1 << 20), applies="network", first=True, metavar="BYTES"),
@@ -58,15 +58,14 @@ from nacre.errors import FormatError
     "Use what other materials are like for up to 200 samples, and store the uncertainty.",
     options.scale_option(applies="network"),
     option("--intervals", applies="network", is_flag=True),
-    "Also store what the uncertainties of a scan mean for f_r.",
+    "Also store what a scan's uncertainties mean.",
     option(
         "--samples",
         IntRange(1000, 100_000_000),
         applies="brdf",
-        shown="800,000; 4,000,000 if anisotropic or stereographic; fewer for drafts and analytic "
-        "models",
+        shown="800,000; more if anisotropic, fewer for drafts",
     ),
-    "Samples to draw from the material.",
+    "Samples to draw.",
     option("--gain", positive(1e6), applies="brdf", shown="32 with enhanced inputs, else 1"),
     "Weight of dark values in the loss.",
     options.codec_option(applies="btf"),
@@ -75,6 +74,8 @@ from nacre.errors import FormatError
     options.pixels_option(applies="btf"),
     option("--embed/--no-embed", applies="btf", default=True),
     "Store the codec in the file; otherwise a codec of your own must stay beside it.",
+    options.bytes_per_texel_option(applies="btf"),
+    options.quality_option(applies="btf"),
     option("--texels-per-block", IntRange(1), applies="btf", shown="256 MB of values"),
     "Texels held at a time.",
     option("--resume", applies="btf", is_flag=True),
@@ -89,8 +90,7 @@ from nacre.errors import FormatError
         metavar="KIND",
         default="auto",
     ),
-    "Delivery of measured files: by path, by content, or auto: by content to workers that lack the "
-    "file.",
+    "How workers get measured files: by path, by content, or as suits each.",
     plans=True,
     reads=True,
 )

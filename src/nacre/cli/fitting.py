@@ -31,6 +31,7 @@ from nacre.runtime.progress import Progress
 from nacre.workflows.watcher import Watcher
 
 if TYPE_CHECKING:
+    from nacre.textures.limit import Rate
     from nacre.workflows import Executor, FittedFile, Fitting, Record
 
 _RECIPE = ("inputs", "hidden", "precision", "samples", "seed", "gain", "sampling", "physical")
@@ -261,6 +262,16 @@ def _facts(file: FittedFile) -> dict[str, Any]:
     }
 
 
+def chosen_rate(chosen: Mapping[str, Any]) -> Rate | None:
+    """What `--bytes-per-texel` and `--quality` say."""
+    from nacre.textures.limit import Rate
+
+    given = chosen["bytes_per_texel"], chosen["quality"]
+    if None not in given:
+        raise click.UsageError("expected either --bytes-per-texel or --quality")
+    return Rate.of(*given)
+
+
 def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> None:
     from nacre.metrics.texture_errors import UNITS
     from nacre.textures.codecs.codec_file import codec_path
@@ -280,9 +291,13 @@ def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> 
         raise click.BadParameter("--directions is for folders of images; leave it out")
     if codec is not None:
         expect(codec, "a texture codec")
+    rate = chosen_rate(chosen)
+    if rate is not None and options.is_given("precision"):
+        raise click.UsageError("expected --precision, or --bytes-per-texel or --quality")
     if plans.is_wanted():
-        half, given = chosen["precision"] == "half", {"quantity": chosen["pixels"]}
-        plans.tell_texture(source, target, codec_path(codec), half, directions=directions, **given)
+        value = 2 if chosen["precision"] == "half" else 4
+        given = {"quantity": chosen["pixels"], "directions": directions}
+        plans.tell_texture(source, target, codec_path(codec), value, rate, **given)
         return
     line = progress(target.stem, "reading")
     found = encode_texture(
@@ -293,11 +308,14 @@ def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> 
         pixels=chosen["pixels"],
         reference=not chosen["embed"],
         half=chosen["precision"] == "half",
+        rate=rate,
         texels_per_block=chosen["texels_per_block"],
         resume=chosen["resume"],
         progress=line,
     )
     height, width, code_dim = found.latent.codes.shape
+    rated = found.latent.rated
+    nbytes = rated.nbytes if rated else found.latent.codes.nbytes
     shown, by_view = found.errors.shown()
     facts = {
         "width": width,
@@ -307,7 +325,8 @@ def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> 
         "pairs compared a texel": found.compared,
         **{f"MSE x 1e4, views {name}": mse for name, mse in by_view.items()},
         "seconds": found.seconds,
-        "bytes of codes": found.latent.codes.nbytes,
+        "bytes of codes": nbytes,
+        "bytes per texel": nbytes / (width * height),
         "bytes": found.nbytes,
         "bytes of the source": found.source_nbytes,
         "ratio": found.source_nbytes / found.nbytes,

@@ -295,6 +295,18 @@ directions_option = _shared(
     metavar="bonn|utia|FILE",
     help="Directions: all pairs of a dome, or a list (.csv).",
 )
+bytes_per_texel_option = _shared(
+    "--bytes-per-texel",
+    FiniteRange(0.5, 64.0),
+    metavar="B",
+    help="Size of the codes.",
+)
+quality_option = _shared(
+    "--quality",
+    FiniteRange(10.0, 80.0),
+    metavar="DB",
+    help="Loss of the codes: 25 is coarse, 40 fine.",
+)
 texels_option = _shared("--texels", TEXELS, metavar="WxH")
 device_option = _shared(
     "--device",

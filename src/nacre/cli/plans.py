@@ -13,6 +13,7 @@ from nacre.io.outputs import check_replaceable
 if TYPE_CHECKING:
     from nacre.download.databases import Database
     from nacre.textures.capture.dataset import Settings
+    from nacre.textures.limit import Rate
 
 _SECONDS = {"draft": 0.3, "standard": 1.5, "best": 12.0}
 """Seconds for the fit of a network with each preset, on two cores."""
@@ -71,16 +72,21 @@ def tell_fits(
     tell([source for source, _ in pairs], outputs, work, own=current is not None)
 
 
-def tell_texture(source: Path, target: Path, codec: Path, half: bool, **options: Any) -> None:
-    """The plan of the fit of a texture."""
+def tell_texture(
+    source: Path, target: Path, codec: Path, value: int, rate: Rate | None, **options: Any
+) -> None:
+    """The plan of the fit of a texture, whose codes have so many bytes per value or a rate."""
     from nacre.formats import load_btf
     from nacre.textures.codecs.codec_file import load_codec
 
     btf, values = load_btf(source, **options), load_codec(codec).code_dim
-    codes = btf.texel_count * values * (2 if half else 4)
+    codes = f"{in_bytes(btf.texel_count * values * value)} of codes"
+    if rate is not None:
+        most = rate.bytes_per_texel
+        codes = f"up to {in_bytes(round(btf.texel_count * most))} of codes" if most else "codes"
     pairs = counted(btf.pair_count, "pair of directions", "pairs of directions")
     work = f"encode {btf.width} x {btf.height} texels with {pairs}"
-    tell([source], [(target, f"{in_bytes(codes)} of codes and the codec")], work)
+    tell([source], [(target, f"{codes} and the codec")], work)
 
 
 def tell_download(database: Database, materials: Sequence[str], folder: Path | None) -> None:

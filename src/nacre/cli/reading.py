@@ -68,8 +68,8 @@ _OPTIONS: tuple[tuple[str, dict[str, Any], str], ...] = (
     ),
     (
         "--apertures",
-        {"type": Parsed("SOURCE,DETECTOR", _apertures), "metavar": "SOURCE,DETECTOR"},
-        "Half the angles of the cones of a scan's source and detector, in degrees.",
+        {"type": Parsed("DEG,DEG", _apertures), "metavar": "DEG,DEG"},
+        "Half-angles of a scan's source and its detector.",
     ),
     ("--sheet", {"metavar": "NAME"}, "Sheet of a spreadsheet."),
     ("--opaque-part", {"is_flag": True}, "Leave out transmission, emission and textures."),

@@ -47,16 +47,24 @@ def to_bytes(key: str, header: dict[str, Any], tensors: Tensors, limit: int) -> 
     return data
 
 
-def from_file(path: PathLike, key: str, limit: int, what: str) -> tuple[Any, Tensors]:
+def from_file(
+    path: PathLike, key: str, limit: int, what: str, *, cut: bool = False
+) -> tuple[Any, Tensors]:
     """Header and tensors of a file, neither of them checked; see :func:`to_bytes`.
+
+    With `cut`, the file may be cut short: what is missing is zeros.
 
     Raises :class:`FormatError` if it is no safetensors file of at most `limit` bytes, or has no
     such header, and so is not `what` it should be: "a nacre material".
     """
     data = read_bytes(path, limit)
     try:
-        tensors = safetensors.numpy.load(data)
         size = int.from_bytes(data[:8], "little")
+        if cut:
+            entries = json.loads(data[8 : 8 + size])
+            ends = [e["data_offsets"][1] for name, e in entries.items() if name != "__metadata__"]
+            data = data.ljust(min(8 + size + max(ends), limit), b"\0")
+        tensors = safetensors.numpy.load(data)
         header = json.loads(json.loads(data[8 : 8 + size])["__metadata__"][key])
     except SafetensorError as error:
         raise FormatError(f"{path}: is not a whole safetensors file: {CUT_SHORT}") from error

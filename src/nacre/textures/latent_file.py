@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -30,13 +29,15 @@ from nacre.io.tensors import (
 )
 from nacre.measured.textures.directions import PAIR_LIMIT, check_directions
 from nacre.measured.textures.domes import pairs
+from nacre.textures.alike import alike, same_codec
 from nacre.textures.codecs.codec import TexelCodec
-from nacre.textures.codecs.codec_file import PRETRAINED, codec_fingerprint, load_codec, unpack_codec
+from nacre.textures.codecs.codec_file import PRETRAINED, load_codec, unpack_codec
 from nacre.textures.compact import CompactCodes
 from nacre.textures.latent_map import CodecFile, LatentMap, NeuralBtf
+from nacre.textures.rates.rated_codes import RatedCodes
 from nacre.textures.uniform import TexelBrdf, material_of
 
-VERSION = 1
+VERSION, RATED_VERSION = 1, 2  # of files with codes as they are, and of a limited rate
 KEY = "nacre latent map"
 _LIMIT = 1 << 32
 _LARGEST = 1e9
@@ -55,30 +56,32 @@ def check_latent_path(path: PathLike) -> Path:
     return path
 
 
-def save_latent_map(latent: LatentMap, path: PathLike, *, compact: bool = False) -> None:
+def save_latent_map(latent: LatentMap, path: PathLike) -> None:
     """Write a map of codes; the same map gives the same bytes.
 
-    An embedded codec is written in the lowest precision that changes none of its weights. With
-    `compact`, codes take a third of the bytes, see :mod:`nacre.textures.compact`: read again they
-    are a little different, and have single precision.
+    An embedded codec is written in the lowest precision that changes none of its weights. Codes
+    take few bytes if they come from :func:`nacre.textures.limited` or from such a file.
 
-    Raises a FormatError if a code is not finite or the path cannot be written, and a NacreError if
-    codes cannot be compact; see :meth:`nacre.textures.codecs.TexelCodec.embedding`.
+    Raises a FormatError if a code is not finite or the path cannot be written.
     """
-    write_encoded(path, partial(_encode, compact=compact), latent)
+    write_encoded(path, _encode, latent)
 
 
-def load_latent_map(path: PathLike) -> LatentMap:
+def load_latent_map(path: PathLike, levels: int | None = None) -> LatentMap:
     """Read a map of codes and its codec.
+
+    With `levels`, from 1, only so many levels of detail are read from codes of a limited rate: the
+    first are coarse pictures. The file may be cut short after them.
 
     Raises a FormatError if the file is not a whole map of a known version, or the codec that it
     names is not beside it or is another one, and a MissingExtraError if the codec is a network from
     the papers and PyTorch is not installed.
     """
     path = Path(path)
-    header, tensors = from_file(path, KEY, _LIMIT, "a texture encoded by nacre")
+    cut = levels is not None
+    header, tensors = from_file(path, KEY, _LIMIT, "a texture encoded by nacre", cut=cut)
     with format_errors(path):
-        return _decode(path, header, tensors)
+        return _decode(path, header, tensors, levels)
 
 
 def load_latent_maps(paths: Sequence[Path]) -> list[LatentMap]:
@@ -87,58 +90,68 @@ def load_latent_maps(paths: Sequence[Path]) -> list[LatentMap]:
     Raises what :func:`load_latent_map` does, and a FormatError if one was encoded by another codec
     than the first.
     """
-    found: list[LatentMap] = []
-    first = ""
-    for path in paths:
-        latent = load_latent_map(path)
-        fingerprint = codec_fingerprint(latent.codec)
-        first = first or fingerprint
-        if fingerprint != first:
-            raise FormatError(
-                f"{path}: was encoded by another model than {paths[0]}; encode it again with "
-                "nacre fit --codec"
-            )
-        found.append(latent)
-    return found
+    found = alike([load_latent_map(path) for path in paths])
+    if (other := same_codec(found)) is not None:
+        raise FormatError(
+            f"{paths[other]}: was encoded by another model than {paths[0]}; encode it again with "
+            "nacre fit --codec"
+        )
+    return list(found)
 
 
-def _encode(latent: LatentMap, compact: bool) -> bytes:
+def _encode(latent: LatentMap) -> bytes:
     try:
         _check_codes(latent.codes)
     except ValueError as error:
         raise FormatError(str(error)) from error
-    tensors: Tensors = {"codes": np.ascontiguousarray(latent.codes), **_pack_pairs(latent)}
-    if compact:
-        found = CompactCodes.of(latent.codes, latent.codec)
-        named = zip(_COMPACT, (found.axes, found.center), strict=True)
-        tensors |= {"codes": found.numbers, **dict(named)}
+    codes: dict[str, Any] = {}
+    tensors: Tensors = {"codes": np.ascontiguousarray(latent.codes)}
+    if latent.rated is not None:
+        numbers, tensors = latent.rated.pack()
+        codes = {"codes": numbers}
+    tensors |= _pack_pairs(latent)
     if latent.reference is None:
         model, weights = latent.codec.pack(None)
         tensors |= {f"{_CODEC}{name}": array for name, array in weights.items()}
     else:
         model = {"file": latent.reference.name, "sha256": latent.reference.sha256}
-    header = {"version": VERSION, "name": latent.name, "codec": model, "metadata": latent.metadata}
-    return to_bytes(KEY, header, tensors, _LIMIT)
+        if latent.reference.expanded:
+            model["expanded"] = True
+    version = RATED_VERSION if codes else VERSION
+    header = {"version": version, "name": latent.name, "codec": model, "metadata": latent.metadata}
+    return to_bytes(KEY, header | codes, tensors, _LIMIT)
 
 
 def _check_codes(codes: npt.NDArray[Any]) -> None:
     check_numbers({"codes": codes}, HALF_LARGEST if codes.itemsize < 4 else _LARGEST)
 
 
-def _decode(path: Path, header: dict[str, Any], tensors: Tensors) -> LatentMap:
-    check_header(header, VERSION)
+def _decode(path: Path, header: dict[str, Any], tensors: Tensors, levels: int | None) -> LatentMap:
+    check_header(header, RATED_VERSION if header["version"] == RATED_VERSION else VERSION)
     metadata, name, model = header["metadata"], header["name"], header["codec"]
     if not isinstance(metadata.get("errors", {}), dict):
         raise ValueError("errors in the metadata are not an object")
     if not isinstance(name, str) or not isinstance(model, dict):
         raise ValueError("name is not a text, or codec not an object")
-    codes = tensors["codes"]
-    if codes.dtype == np.uint8:
-        codes = CompactCodes(codes, *(tensors[name] for name in _COMPACT)).codes
+    codes, rated = _codes(header, tensors, levels)
     _check_codes(codes)
     wi, wo = _unpack_pairs(str(path), tensors)
     codec, reference = _codec(path, model, tensors)
-    return LatentMap(codes, codec, wi, wo, name, reference, metadata)
+    return LatentMap(codes, codec, wi, wo, name, reference, metadata, rated)
+
+
+def _codes(
+    header: dict[str, Any], tensors: Tensors, levels: int | None
+) -> tuple[npt.NDArray[Any], RatedCodes | None]:
+    if header["version"] == RATED_VERSION:
+        rated = RatedCodes.unpack(header["codes"], tensors, levels)
+        return rated.codes, rated
+    if levels is not None:
+        raise ValueError("codes have no levels: they are not of a limited rate")
+    codes = tensors["codes"]
+    if codes.dtype == np.uint8:
+        codes = CompactCodes(codes, *(tensors[name] for name in _COMPACT)).codes
+    return codes, None
 
 
 def _codec(
@@ -167,7 +180,12 @@ def _codec(
             f"{beside}: is another model (SHA-256 {found[:12]}...) than {path.name} was encoded "
             f"with ({expected[:12]}...); put that one beside it, or encode again"
         )
-    return load_codec(beside), CodecFile(name, expected)
+    codec = load_codec(beside)
+    if model.get("expanded", False) is not True:
+        return codec, CodecFile(name, expected)
+    if (expanded := codec.expanded()) is None:
+        raise ValueError("codec: has no coefficients that codes can be")
+    return expanded, CodecFile(name, expected, expanded=True)
 
 
 def _pack_pairs(latent: LatentMap) -> Tensors:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +13,7 @@ from nacre.array import Floats
 from nacre.btf import Btf, Indices
 from nacre.errors import FormatError
 from nacre.textures.codecs.codec import TexelCodec, TexelMap, on_all_cores
+from nacre.textures.rates.rated_codes import RatedCodes
 
 _BLOCK = 1 << 26  # bytes of values that are decoded at a time for pictures
 
@@ -20,11 +21,13 @@ _BLOCK = 1 << 26  # bytes of values that are decoded at a time for pictures
 @dataclass(frozen=True)
 class CodecFile:
     """The file that a codec was read from: its name, in the folder of what refers to it, and its
-    SHA-256 in hexadecimal.
+    SHA-256 in hexadecimal. If expanded, codes are those of
+    :meth:`nacre.textures.codecs.TexelCodec.expanded`.
     """
 
     name: str
     sha256: str
+    expanded: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +42,12 @@ class LatentMap:
     reference: CodecFile | None = None
     """The codec's file, if files should refer to it; they embed it where None."""
     metadata: dict[str, Any] = field(default_factory=dict)  # JSON-able: the source, the errors
+    rated: RatedCodes | None = None
+    """How files hold the codes in few bytes; None once a copy has other codes than its own."""
 
     def __post_init__(self) -> None:
+        if self.rated is not None and self.codes is not self.rated.codes:
+            object.__setattr__(self, "rated", None)
         shape, values = self.codes.shape, self.codec.code_dim
         if len(shape) != 3 or shape[2] != values or 0 in shape:
             raise ValueError(f"codes are {shape}, expected (height, width, {values})")
@@ -48,6 +55,18 @@ class LatentMap:
             raise ValueError(f"codes are {self.codes.dtype}, expected float16 or float32")
         if self.wi.shape != self.wo.shape or self.wi.ndim != 2 or self.wi.shape[1] != 3:
             raise ValueError(f"directions are {self.wi.shape}, {self.wo.shape}, expected (n, 3)")
+
+    def expanded(self) -> LatentMap | None:
+        """The map with coefficients for codes, or None: see
+        :meth:`nacre.textures.codecs.TexelCodec.expanded`.
+        """
+        codec = self.codec.expanded()
+        if codec is None:
+            return None
+        flat = self.codes.reshape(-1, self.codec.code_dim).astype(np.float32)
+        codes = self.codec.coefficients(flat).reshape(*self.codes.shape[:2], -1)
+        reference = self.reference and replace(self.reference, expanded=True)
+        return replace(self, codes=codes, codec=codec, reference=reference)
 
 
 def check_decoded(values: Floats, where: str) -> Floats:
@@ -85,11 +104,15 @@ class NeuralBtf(Btf):
         reference = latent.reference
         facts = super().describe() | {
             "latent size": latent.codec.code_dim,
-            "codes": str(latent.codes.dtype),
+            "codes": f"{latent.rated.bytes_per_texel:.3g} bytes per texel"
+            if latent.rated
+            else str(latent.codes.dtype),
             "model": f"in {reference.name}" if reference else "embedded",
         }
         errors = latent.metadata.get("errors", {})
-        return facts | {key: errors[key] for key in ("MSE x 1e4", "relative RMSE") if key in errors}
+        about = " (estimated)" if errors.get("estimated") else ""
+        names = ("MSE x 1e4", "relative RMSE")
+        return facts | {f"{name}{about}": errors[name] for name in names if name in errors}
 
     def texels(self, chosen: Indices | slice) -> Floats:
         return check_decoded(self._decode(self._codes[chosen].astype(np.float32)), self._where)

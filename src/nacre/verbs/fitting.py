@@ -23,7 +23,10 @@ _SPECTRAL = "spectral"
 _RECIPE = frozenset(field.name for field in fields(Recipe)) - {"size"}
 _ANALYTIC = frozenset({"samples", "gain", "seed"})
 _NETWORK_ONLY = ("preset", "max_bytes", "prior", "free_scale", "intervals", "device")
-_TEXTURE_ONLY = ("codec", "directions", "pixels", "texels_per_block")
+_TEXTURE_ONLY = (
+    *("codec", "directions", "pixels", "texels_per_block"),
+    *("bytes_per_texel", "quality"),
+)
 
 
 def fit(
@@ -41,6 +44,8 @@ def fit(
     directions: PathLike | None = None,
     pixels: Quantity | None = None,
     texels_per_block: int | None = None,
+    bytes_per_texel: float | None = None,
+    quality: float | None = None,
     progress: Progress | None = None,
     **settings: Any,
 ) -> Any:
@@ -76,6 +81,9 @@ def fit(
         Of a folder of images; see :func:`nacre.load`.
     texels_per_block
         Texels in memory at a time; 256 MB of values where None.
+    bytes_per_texel, quality
+        How many bytes the codes of a texture may take, 0.5 to 64, or with how many dB they are to
+        keep what the codec makes of it, 10 to 80; see :class:`nacre.textures.limit.Rate`.
     progress
         Called as the fit goes on.
     settings
@@ -113,10 +121,11 @@ def fit(
     found = opened(material, directions=directions, quantity=pixels)
     network = {"preset": preset, "max_bytes": max_bytes, "prior": prior, "free_scale": free_scale}
     network |= {"intervals": intervals, "device": device}
-    texture = {"codec": codec, "texels_per_block": texels_per_block}
+    texture: dict[str, Any] = {"codec": codec, "texels_per_block": texels_per_block}
+    texture |= {"bytes_per_texel": bytes_per_texel, "quality": quality}
     if isinstance(found, Btf):
         _refuse({"recipe": recipe, "model": model, **network}, f"{found.name} is a texture")
-        return _texture(found, codec, texels_per_block, settings, progress or silent)
+        return _texture(found, texture, settings, progress or silent)
     _refuse(texture, f"{found.name or 'this material'} is a reflectance")
     if model not in (None, _NETWORK, _SPECTRAL):
         _refuse({"recipe": recipe, **network}, f"{model} is no network")
@@ -181,23 +190,27 @@ def _analytic(brdf: Brdf, model: str, settings: dict[str, Any], progress: Progre
 
 def _texture(
     texture: Btf,
-    codec: PathLike | None,
-    texels_per_block: int | None,
+    given: dict[str, Any],
     settings: dict[str, Any],
     progress: Progress,
 ) -> Btf:
     from nacre.textures.codecs.codec_file import PRETRAINED
+    from nacre.textures.limit import Rate
     from nacre.workflows.encoding import encoded_texture
 
     _check(settings, frozenset({"precision", *_TEXTURE_ONLY}), " of a texture")
     precision = settings.get("precision", "single")
     if precision not in ("single", "half"):
         raise ValueError(f"precision must be one of single, half, got {precision!r}")
+    rate = Rate.of(given["bytes_per_texel"], given["quality"])
+    if rate is not None and "precision" in settings:
+        raise TypeError("fit() takes a precision, or bytes per texel or a quality; leave one out")
     return encoded_texture(
         texture,
-        model=PRETRAINED.get(str(codec), codec),
+        model=PRETRAINED.get(str(given["codec"]), given["codec"]),
         half=precision == "half",
-        texels_per_block=texels_per_block,
+        rate=rate,
+        texels_per_block=given["texels_per_block"],
         progress=progress,
     )
 

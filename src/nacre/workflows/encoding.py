@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,9 @@ from nacre.textures.codecs.codec import TexelCodec, on_all_cores
 from nacre.textures.codecs.codec_file import PRETRAINED, codec_path, load_codec
 from nacre.textures.latent_file import check_latent_path, save_latent_map
 from nacre.textures.latent_map import CodecFile, LatentMap, NeuralBtf
+from nacre.textures.limit import Rate
 from nacre.workflows.identity import source_files, source_fingerprint
+from nacre.workflows.rating import rated, rated_errors
 
 BLOCK = 1 << 28
 """Bytes of values read at a time; two such blocks are in memory."""
@@ -185,6 +187,7 @@ def encode_texture(
     pixels: Quantity | None = None,
     reference: bool = False,
     half: bool = False,
+    rate: Rate | None = None,
     texels_per_block: int | None = None,
     resume: bool = False,
     progress: Progress = silent,
@@ -211,6 +214,9 @@ def encode_texture(
         output unless it is the pretrained one.
     half, texels_per_block
         See :func:`encode`.
+    rate
+        Write codes in so few bytes; see :func:`nacre.workflows.rating.rated`. The texture is then
+        read twice.
     resume
         Continue where an earlier call stopped.
 
@@ -243,25 +249,27 @@ def encode_texture(
     listed = "" if directions is None else digest(Path(directions))
     fingerprint = f"{source_fingerprint(source, files)} {pixels} {model_digest} {listed}"
     began = time.monotonic()
+    named = CodecFile(model.name, model_digest) if reference else None
     with transposed(btf, output.parent, progress=progress) as texels:
         found = encode(
             texels,
-            codec,
+            _encoding_codec(codec, rate),
             half=half,
             texels_per_block=texels_per_block,
             state=state,
             fingerprint=fingerprint.rstrip(),
             progress=progress,
         )
+        latent, errors = _mapped(
+            texels, source.resolve().name, codec, model.name, found, rate, named, progress
+        )
     seconds = time.monotonic() - began
-    named = CodecFile(model.name, model_digest) if reference else None
-    latent = _latent(btf, source.resolve().name, codec, model.name, found, named)
     save_latent_map(latent, output)
     remove_file(state)
     return EncodedTexture(
         output,
         latent,
-        found.errors,
+        errors,
         found.compared,
         seconds,
         nbytes,
@@ -275,6 +283,7 @@ def encoded_texture(
     *,
     model: PathLike | None = None,
     half: bool = False,
+    rate: Rate | None = None,
     texels_per_block: int | None = None,
     progress: Progress = silent,
 ) -> NeuralBtf:
@@ -291,29 +300,47 @@ def encoded_texture(
     """
     path = codec_path(model)
     codec = load_codec(path)
+    file = (btf.source or {}).get("file", btf.name)
     with transposed(btf, progress=progress) as texels:
         found = encode(
-            texels, codec, half=half, texels_per_block=texels_per_block, progress=progress
+            texels,
+            _encoding_codec(codec, rate),
+            half=half,
+            texels_per_block=texels_per_block,
+            progress=progress,
         )
-    file = (btf.source or {}).get("file", btf.name)
-    return NeuralBtf(_latent(btf, file, codec, path.name, found))
+        latent, _ = _mapped(texels, file, codec, path.name, found, rate, None, progress)
+    return NeuralBtf(latent)
 
 
-def _latent(
+def _encoding_codec(codec: TexelCodec, rate: Rate | None) -> TexelCodec:
+    """The codec whose codes say the most, if few bytes are to hold them."""
+    return codec if rate is None else codec.expanded() or codec
+
+
+def _mapped(
     btf: Btf,
     file: str,
     codec: TexelCodec,
     model: str,
     found: Encoding,
-    named: CodecFile | None = None,
-) -> LatentMap:
+    rate: Rate | None,
+    named: CodecFile | None,
+    progress: Progress,
+) -> tuple[LatentMap, Errors]:
     """The codes of a texture from a file, by the codec in a file, with what is known of both."""
+    used, errors = _encoding_codec(codec, rate), found.errors
+    named = named and replace(named, expanded=used is not codec)
+    latent = LatentMap(found.codes, used, btf.wi, btf.wo, btf.name, named)
+    if rate is not None:
+        latent = rated(latent, codec, rate, progress)
+        errors = rated_errors(btf, latent, found.compared, progress)
     facts = {
         "source": {"file": file, "sha256": (btf.source or {}).get("sha256")},
         "model": model,
-        "errors": found.errors.facts() | {"pairs compared a texel": found.compared},
+        "errors": errors.facts() | {"pairs compared a texel": found.compared},
     }
-    return LatentMap(found.codes, codec, btf.wi, btf.wo, btf.name, named, facts)
+    return replace(latent, metadata=facts), errors
 
 
 def _read_ahead(btf: Btf, start: int, step: int) -> Iterator[tuple[slice, Floats]]:

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from nacre.errors import FormatError, NacreError
+from nacre.textures.alike import same_codec
 from nacre.textures.synthesis import blend
-from nacre.textures.synthesis.blending import named_mask, read_mask, same_codec
+from nacre.textures.synthesis.blending import named_mask, read_mask
 from tests.textures.codecs.basis.made import codec
 from tests.textures.synthesis.test_quilting import latent
 
@@ -44,8 +45,8 @@ def test_contrast_is_kept_where_unlike_textures_mix():
 
 def test_models_must_be_the_same():
     first, second = latent(), replace(latent(seed=1), codec=codec(seed=7))
-    assert same_codec(first, replace(latent(), codec=codec()))
-    assert not same_codec(first, second)
+    assert same_codec([first, replace(latent(), codec=codec())]) is None
+    assert same_codec([first, second]) == 1
     with pytest.raises(NacreError, match="felt and felt were encoded by different models"):
         blend(first, second, np.zeros((4, 4), np.float32))
 

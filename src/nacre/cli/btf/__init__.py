@@ -13,6 +13,7 @@ command = Group(
         },
         "Encode textures": {
             "train": "Train a codec that encodes textures.",
+            "recode": "Write an encoded texture in fewer bytes.",
             "decode": "Decode an encoded texture.",
         },
         "Change textures": {

@@ -57,7 +57,7 @@ def command(
         "contrast kept": keep_contrast,
         "seed": seed,
     }
-    reference = written_reference(maps[0], first, output)
+    reference = written_reference(mixed, first, output)
     save_latent_map(replace(mixed, reference=reference, metadata={"blend": facts}), output)
     fraction = float(fractions.mean())
     text = f"{width} x {height} texels, {100.0 * fraction:.1f} % {second.name}"

@@ -197,6 +197,20 @@ class TexelCodec(Frozen, abc.ABC):
 
         return roots
 
+    def expanded(self) -> TexelCodec | None:
+        """The codec whose codes are the :attr:`expanded_dim` coefficients of this one's codes, and
+        say more about a texel; None where there are none.
+        """
+        return None
+
+    def coefficients(self, codes: Floats) -> Floats:
+        """What codes, shape (b, :attr:`code_dim`), are expanded to: (b, :attr:`expanded_dim`)."""
+        raise NotImplementedError
+
+    def shortened(self, coefficients: Floats) -> Floats:
+        """Codes closest to coefficients, shape (b, :attr:`expanded_dim`)."""
+        raise NotImplementedError
+
     def linear_blocks(self, wi: Floats, wo: Floats) -> list[LinearBlock]:
         """What measurements at pairs of directions, shape (n, 3), say about coefficients.
 

@@ -13,7 +13,7 @@ from nacre.array import Floats
 from nacre.errors import FormatError, NacreError, did_you_mean, reason
 from nacre.io.files import PathLike, first_bytes
 from nacre.io.image_file import JPEG_MAGIC, PNG_MAGIC
-from nacre.textures.codecs.codec_file import codec_fingerprint
+from nacre.textures.alike import alike, same_codec
 from nacre.textures.latent_map import LatentMap
 from nacre.textures.synthesis.quilted_map import TEXEL_LIMIT
 
@@ -113,7 +113,8 @@ def blend(
     Raises a NacreError if the codecs differ, or the mask is empty, too large, or has numbers
     outside of 0 to 1.
     """
-    if not same_codec(first, second):
+    first, second = alike([first, second])
+    if same_codec([first, second]) is not None:
         raise NacreError(
             f"{first.name or 'the first'} and {second.name or 'the second'} were encoded by "
             "different models, so that their codes do not mix; encode both by the same one"
@@ -135,13 +136,6 @@ def blend(
     dtype = np.result_type(first.codes.dtype, second.codes.dtype)
     name = " to ".join(filter(None, (first.name, second.name)))
     return replace(first, codes=mixed.astype(dtype), name=name, metadata={})
-
-
-def same_codec(first: LatentMap, second: LatentMap) -> bool:
-    """Whether codes of two maps mean the same."""
-    return first.codec is second.codec or (
-        codec_fingerprint(first.codec) == codec_fingerprint(second.codec)
-    )
 
 
 def _repeated(latent: LatentMap, shape: tuple[int, ...]) -> Floats:

@@ -88,12 +88,26 @@ class BasisCodec(TexelCodec):
             for start in range(0, len(moments), _CHUNK):
                 part = moments[start : start + _CHUNK]
                 guess = complete(observation.ridge(part))
-                wanted = observation.expected(guess, part)
-                first = self.encode(wanted)
-                codes[start : start + _CHUNK] = project(first, wanted, self.decode, _STEPS)
+                codes[start : start + _CHUNK] = self._short(observation.expected(guess, part))
             return codes
 
         return encode
+
+    def _short(self, wanted: Floats) -> Floats:
+        if self.decode.is_identity:
+            return wanted
+        return project(self.encode(wanted), wanted, self.decode, _STEPS)
+
+    def expanded(self) -> BasisCodec:
+        same = SkipNetwork.identity(self.expanded_dim)
+        return self.replaced(encode=same, decode=same)
+
+    def coefficients(self, codes: Floats) -> Floats:
+        return codes if self.decode.is_identity else self.decode(codes)
+
+    def shortened(self, coefficients: Floats) -> Floats:
+        parts = range(0, len(coefficients), _CHUNK)
+        return np.concatenate([self._short(coefficients[k : k + _CHUNK]) for k in parts])
 
     def decoder(self, wi: Floats, wo: Floats) -> TexelMap:
         functions = self.functions(wi, wo)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -124,6 +125,20 @@ class SkipNetwork:
         width = _outputs(seen, self.layers)
         if len(self.layers) < 2 or width != outputs:
             raise ValueError(f"layers end in {width} values, the linear map in {outputs}")
+
+    @classmethod
+    def identity(cls, size: int) -> SkipNetwork:
+        """The network that changes nothing."""
+        none = Layer(np.zeros((size, 1), np.float32), np.zeros(1, np.float32))
+        last = Layer(np.zeros((1, size), np.float32), np.zeros(size, np.float32))
+        return cls(np.eye(size, dtype=np.float32), [none, last])
+
+    @cached_property
+    def is_identity(self) -> bool:
+        last = self.layers[-1]
+        square = self.linear.shape[0] == self.linear.shape[1]
+        plain = square and np.array_equal(self.linear, np.eye(len(self.linear)))
+        return plain and not last.weights.any() and not last.biases.any()
 
     def given(self, further: Floats) -> SkipNetwork:
         """The network with the inputs held fixed that the linear map does not see."""

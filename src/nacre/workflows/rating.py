@@ -1,0 +1,84 @@
+"""Encoded textures in few bytes: which codes to keep, and what is lost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from nacre.array import Floats
+from nacre.btf import Btf
+from nacre.metrics.texture_comparison import compare_textures
+from nacre.metrics.texture_errors import Errors
+from nacre.runtime.progress import Progress, silent
+from nacre.textures.code_space import looked_at
+from nacre.textures.codecs.codec import TexelCodec
+from nacre.textures.latent_map import LatentMap, NeuralBtf
+from nacre.textures.limit import Rate, limited
+
+_SAMPLED = 1 << 12  # texels, about, that two ways are compared at
+_PAIRS = 512  # pairs of directions that a loss is measured at
+
+
+def rated(
+    latent: LatentMap, codec: TexelCodec, rate: Rate, progress: Progress = silent
+) -> LatentMap:
+    """A map whose codes are coefficients, in few bytes: as such, or as codes of the codec.
+
+    The coefficients are those of :meth:`nacre.textures.codecs.TexelCodec.expanded`, or the codec's
+    own codes where it has none. Codes say less about a texel than they do, and need fewer bytes; of
+    the two, what looks closer to the coefficients at the rate is taken. A quality is kept by
+    coefficients.
+    """
+    found: LatentMap = limited(latent, rate, progress)
+    if codec.expanded_dim is None or rate.bytes_per_texel is None:
+        return found
+    height, width, size = latent.codes.shape
+    short = codec.shortened(latent.codes.reshape(-1, size)).reshape(height, width, -1)
+    reference = latent.reference and replace(latent.reference, expanded=False)
+    other = limited(replace(latent, codes=short, codec=codec, reference=reference), rate, progress)
+    closer: LatentMap = min(found, other, key=lambda one: _distance(one, latent))
+    return closer
+
+
+def _distance(one: LatentMap, truth: LatentMap) -> float:
+    """The mean squared distance of texels."""
+    chosen = slice(None, None, max(1, one.codes[..., 0].size // _SAMPLED))
+
+    def looks(latent: LatentMap) -> Floats:
+        codes = latent.codes.reshape(-1, latent.codes.shape[2])[chosen]
+        return latent.codec.embedding(*looked_at(latent))(codes)
+
+    return float(np.square(looks(one) - looks(truth)).sum(1).mean())
+
+
+def rated_errors(btf: Btf, latent: LatentMap, pairs: int, progress: Progress = silent) -> Errors:
+    """Errors of a map against the texture that it was encoded from."""
+    return compare_textures(btf, NeuralBtf(latent), pairs=pairs, progress=progress).errors
+
+
+@dataclass(frozen=True, eq=False)
+class Recoding:
+    """The result of :func:`recoded`."""
+
+    latent: LatentMap
+    loss: Errors
+    """Errors against the map before, at pairs of its directions."""
+
+
+def recoded(latent: LatentMap, rate: Rate, progress: Progress = silent) -> Recoding:
+    """An encoded texture in fewer bytes.
+
+    Its error is estimated: that of the map before, if known, plus what is lost now.
+    """
+    codes = np.asarray(latent.codes, np.float32)
+    found = limited(replace(latent, codes=codes, rated=None), rate, progress)
+    loss = rated_errors(NeuralBtf(latent), found, _PAIRS, progress)
+    metadata: dict[str, Any] = {key: v for key, v in latent.metadata.items() if key != "errors"}
+    lost = 1e4 * loss.mse
+    metadata["recoding"] = {"MSE x 1e4 against the codes before": lost}
+    before = latent.metadata.get("errors", {}).get("MSE x 1e4")
+    if isinstance(before, int | float):
+        metadata["errors"] = {"MSE x 1e4": before + lost, "estimated": True}
+    return Recoding(replace(found, metadata=metadata), loss)
