@@ -42,7 +42,7 @@ def test_an_estimate_says_what_is_known_and_what_is_open(capsys, folder):
     assert "from 2 readings: albedo" in printed.out
     network = nacre.load("satin.safetensors")
     assert len(plausible(network)) == COUNT
-    assert run_json(capsys, "info", "satin.safetensors")["known_from_readings"] == 2
+    assert run_json(capsys, "info", "satin.safetensors")[0]["known_from_readings"] == 2
 
 
 @pytest.mark.slow

@@ -19,8 +19,7 @@ from nacre.figures.lobes import Lobe, lobe
 from nacre.figures.page import DPI, FAINT, INK, RULE, Page
 from nacre.geometry import from_spherical, join
 from nacre.io.files import PathLike, atomic_path
-from nacre.latent.estimates import plausible, unexplained
-from nacre.latent.intervals import reflectance_interval
+from nacre.latent.estimates import bounds, plausible
 
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 """The palette of Okabe and Ito, for all kinds of color vision."""
@@ -206,16 +205,13 @@ def _range(
 
 def _bands(brdf: Brdf, lobes: Sequence[Lobe]) -> list[tuple[Lobe, Lobe]]:
     """The lower and upper ends of f_r along lobes; none if the material has no uncertainty."""
-    others = plausible(brdf)
-    if not others:
+    if not plausible(brdf):
         return []
-    found, own = [], unexplained(brdf)
+    found = []
     for item in lobes:
         wi = join(from_spherical(item.incidence, item.azimuth + math.pi))
         wo = join(from_spherical(item.theta, item.azimuth))
-        low, high = (
-            replace(item, rgb=end) for end in reflectance_interval(others, wi, wo, unexplained=own)
-        )
+        low, high = (replace(item, rgb=end) for end in bounds(brdf, wi, wo))
         found.append((low, high))
     return found
 

@@ -7,6 +7,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "autoencoder": ["Autoencoder"],
         "basis": ["CodedBrdf", "LatentBasis"],
+        "estimates": ["bounds", "plausible"],
         "file": [
             "BASES",
             "find_basis",

@@ -13,10 +13,10 @@ import numpy.typing as npt
 
 from nacre.array import Doubles
 from nacre.brdf import Brdf
-from nacre.errors import FormatError
+from nacre.errors import FormatError, NacreError
 from nacre.latent.basis import CodedBrdf, LatentBasis
 from nacre.latent.file import pretrained_basis
-from nacre.latent.intervals import interval, reflectance_interval
+from nacre.latent.intervals import FRACTION, interval, reflectance_interval
 from nacre.latent.posterior import UNEXPLAINED, Posterior
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.neural import NeuralBrdf, ensemble
@@ -145,6 +145,21 @@ def plausible(material: Brdf, basis: LatentBasis | None = None) -> list[Brdf]:
         return [basis.decode(code, material.name) for code in codes]
     except ValueError as error:
         raise FormatError(f"{name}: plausible materials: {error}") from error
+
+
+def bounds(
+    material: Brdf, wi: npt.ArrayLike, wo: npt.ArrayLike, fraction: float = FRACTION
+) -> tuple[Doubles, Doubles]:
+    """Ends of f_r in 1/sr between which the truth should lie with a frequency of `fraction`.
+
+    For a network that was fitted to few samples, or to a scan with intervals; shapes (..., 3),
+    linear RGB, for directions (..., 3) that broadcast. Raises NacreError for any other material.
+    """
+    others = plausible(material)
+    if not others:
+        name = material.name or "this material"
+        raise NacreError(f"{name}: nothing says how well it is known; fit a scan with intervals")
+    return reflectance_interval(others, wi, wo, fraction, unexplained(material))
 
 
 def albedo_interval(materials: Sequence[Brdf]) -> tuple[Doubles, Doubles]:

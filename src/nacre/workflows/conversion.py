@@ -12,8 +12,8 @@ from nacre.btf import Btf
 from nacre.errors import FormatError, MissingExtraError
 from nacre.formats import check_target, load_brdf, loses_bands, save, target, writer
 from nacre.io.files import PathLike
-from nacre.latent.estimates import plausible, unexplained
-from nacre.latent.intervals import DEVIATION, reflectance_interval
+from nacre.latent.estimates import bounds, plausible
+from nacre.latent.intervals import DEVIATION
 from nacre.measured.scattered import tabulate
 from nacre.metrics.metrics import angular_errors
 from nacre.runtime.progress import Progress, silent
@@ -77,12 +77,11 @@ def _with_uncertainty(brdf: Brdf, output: Path) -> Brdf:
     """Samples with standard uncertainties, for files of samples, where plausible materials tell
     them; else the material as it is.
     """
-    others = plausible(brdf)
-    if not others or not target(output).keeps_uncertainty:
+    if not target(output).keeps_uncertainty or not plausible(brdf):
         return brdf
     scan = tabulate(brdf)
     pair = scan.samples.wi, scan.samples.wo
-    low, high = reflectance_interval(others, *pair, DEVIATION, unexplained=unexplained(brdf))
+    low, high = bounds(brdf, *pair, DEVIATION)
     sigma = 0.5 * (high - low).mean(axis=1)
     return scan.with_samples(replace(scan.samples, sigma=sigma))
 
