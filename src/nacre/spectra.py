@@ -92,6 +92,23 @@ def to_rgb(spectra: npt.ArrayLike, wavelengths: npt.ArrayLike) -> _Array:
     return np.asarray(np.asarray(spectra, np.float64) @ rgb_weights(wavelengths))
 
 
+def narrowed(spectra: npt.ArrayLike, wavelengths: npt.ArrayLike, bandwidth: float) -> _Array:
+    """Spectra as through the narrowest slits, from bands of a width in nm at half their height.
+
+    Bands are triangles; spectra, shape (..., bands), are taken for smooth over one. With bands as
+    far from each other as they are wide, this is the correction of Stearns and Stearns 1988, "An
+    Example of a Method for Correcting Radiance Data for Bandpass Error", of ASTM E308.
+    """
+    values, bands = np.asarray(spectra, np.float64), np.asarray(wavelengths, np.float64)
+    if len(bands) < 3:
+        return values
+    rise = np.diff(values, axis=-1) / np.diff(bands)
+    none = np.zeros((*values.shape[:-1], 1))
+    bend = np.diff(np.concatenate([none, rise, none], axis=-1), axis=-1)
+    width = np.gradient(np.arange(len(bands)), bands) ** -1
+    return np.asarray(values - bandwidth**2 / 12.0 * bend / width)
+
+
 def rgb_weights(wavelengths: npt.ArrayLike) -> _Array:
     """The matrix of :func:`to_rgb`, (bands, 3); a ValueError says that bands do not increase."""
     bands = np.asarray(wavelengths, np.float64)

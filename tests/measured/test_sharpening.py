@@ -16,6 +16,7 @@ from nacre.geometry import from_spherical, join
 from nacre.measured import ScatteredBrdf
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.sampling.apertures import aperture_nodes, half_angle, seen_through, solid_angle
+from nacre.spectra import narrowed, to_rgb
 from tests.data import require_data
 
 Matrix = npt.NDArray[np.float64]
@@ -288,3 +289,54 @@ def test_apertures_are_told_where_files_do_not_say_them(tmp_path: Path) -> None:
         nacre.load(tmp_path / "scan.csv", apertures=(0.0, 100.0))
     with pytest.raises(FormatError, match="apertures: are for scans"):
         nacre.load("rgl:paper_white", apertures=(0.0, 1.0))
+
+
+def test_bands_are_as_narrow_as_lines() -> None:
+    """Against the integral over triangles, and the published coefficients."""
+    wavelengths = np.arange(400.0, 701.0, 10.0)
+    fine = np.arange(360.0, 740.0, 0.25)
+
+    def spectrum(nm: Matrix) -> Matrix:
+        return 0.3 + 0.2 * np.tanh((nm - 560.0) / 18.0) + 0.1 * np.sin(nm / 25.0)
+
+    triangle = np.maximum(1.0 - np.abs(fine - wavelengths[:, None]) / 10.0, 0.0)
+    seen = (triangle * spectrum(fine)).sum(axis=1) / triangle.sum(axis=1)
+    found = narrowed(np.stack([seen, 2.0 * seen]), wavelengths, 10.0)
+    before, after = (np.abs(x - spectrum(wavelengths))[1:-1].max() for x in (seen, found[0]))
+    assert after < 0.25 * before
+    np.testing.assert_allclose(found[1], 2.0 * found[0])
+    delta = np.zeros(7)
+    delta[3] = 1.0
+    ten = np.arange(400.0, 461.0, 10.0)
+    np.testing.assert_allclose(narrowed(delta, ten, 10.0)[2:5], [-1 / 12, 1 + 2 / 12, -1 / 12])
+    np.testing.assert_allclose(narrowed(np.eye(7)[0], ten, 10.0)[:2], [1 + 1 / 12, -1 / 12])
+    np.testing.assert_allclose(narrowed(np.ones(7), ten, 10.0), 1.0)
+
+
+def test_the_bandwidth_of_a_scan_is_undone_and_written_again(tmp_path: Path) -> None:
+    bands = ",".join(f"{nm} nm" for nm in range(400, 701, 50))
+    rows = "".join(
+        f"{theta},0,{theta},180,{','.join(str(x) for x in (0.1, 0.1, 0.1, 0.9, 0.1, 0.1, 0.1))}\n"
+        for theta in range(0, 60, 5)
+    )
+    head = "# units: degrees\n# bandwidth: 50 nm\ntheta_i,phi_i,theta_o,phi_o,"
+    path = tmp_path / "a.csv"
+    path.write_text(f"{head}{bands}\n{rows}")
+    scan = nacre.load(path)
+    assert scan.describe()["bandwidth nm"] == 50.0
+    assert scan.spectra[0, 3] == 0.9
+    sharp = scan.eval_spectral(scan.samples.wi[:1], scan.samples.wo[:1])[0]
+    assert sharp[3] == pytest.approx(0.9 + 2 * 0.8 / 12, rel=1e-5)
+    taken = scan.scattered()
+    assert isinstance(taken, ScatteredBrdf)
+    np.testing.assert_allclose(taken.samples.rgb, to_rgb(taken.spectra, taken.wavelengths))
+    red = scan.in_bands([550]).scattered()
+    assert red is not None
+    assert red.samples.rgb[0, 0] == pytest.approx(sharp[3], rel=1e-5)
+    nacre.save(scan, tmp_path / "b.csv")
+    again = nacre.load(tmp_path / "b.csv")
+    assert again.bandwidth == 50.0
+    np.testing.assert_array_equal(again.spectra, scan.spectra)
+    path.write_text(f"{head}{bands}\n{rows}".replace("50 nm\n", "wide\n", 1))
+    with pytest.raises(FormatError, match="header 'bandwidth': 'wide', expected one like 10 nm"):
+        nacre.load(path)

@@ -42,7 +42,15 @@ from nacre.sampling.apertures import half_angle
 _SIZE_LIMIT = 1 << 28
 _COUNTS = ("samples", "num_points")  # header keys of the number of samples: ours, and ASTM's
 _COVERAGE = "coverage factor"  # header key: column sigma is this times a standard deviation
-_USED = ("units", "values", _COVERAGE, *_COUNTS, *(name.replace("_", " ") for name in APERTURES))
+_BANDWIDTH = "bandwidth"  # header key: width of bands at half their height, "10 nm"
+_USED = (
+    "units",
+    "values",
+    _COVERAGE,
+    _BANDWIDTH,
+    *_COUNTS,
+    *(name.replace("_", " ") for name in APERTURES),
+)
 _NAMES = rb"theta_i\b", rb"phi_i\b", rb"theta_[osr]\b", rb"phi_[osr]\b"
 """Names of columns that tables of this kind have; others are read as those of goniometers."""
 _LARGEST = 3.4028234e38  # of what is written: below the largest float32, which nine digits round up
@@ -80,6 +88,7 @@ def load(path: PathLike) -> ScatteredBrdf:
         wavelengths=wavelengths,
         sigma=sigma,
         apertures=_apertures(path, header, table, columns),
+        bandwidth=_bandwidth(path, header),
         facts={f"header {key}": value for key, value in header.items() if key not in _USED}
         | ({"rows without values": left_out} if left_out else {}),
     )
@@ -134,20 +143,32 @@ def _columns(scan: ScatteredBrdf) -> tuple[list[str], _Array]:
         names, values = [f"{w:.10g} nm" for w in wavelengths], spectra
     if samples.sigma is not None:
         names, values = [*names, NOISE], np.column_stack([values, samples.sigma])
-    if samples.apertures is not None and not _stated(scan):
+    if samples.apertures is not None and np.ptp(samples.apertures, axis=0).any():
         names = [*names, *(f"{name} [deg]" for name in APERTURES)]
         values = np.column_stack([values, np.round(np.degrees(samples.apertures), 9)])
     return names, np.clip(values, -_LARGEST, _LARGEST)
 
 
 def _stated(scan: ScatteredBrdf) -> list[str]:
-    """Header lines for the apertures, if they are the same for all samples."""
+    """Header lines for the bandwidth, and for the apertures if all samples have the same ones."""
+    bands = [f"{_BANDWIDTH}: {scan.bandwidth:.10g} nm"] if scan.bandwidth else []
     apertures = scan.samples.apertures
     if apertures is None or np.ptp(apertures, axis=0).any():
-        return []
+        return bands
     degrees = np.round(np.degrees(apertures[0]), 9)
     pairs = zip(APERTURES, degrees, strict=True)
-    return [f"{name.replace('_', ' ')}: {angle:.10g} deg" for name, angle in pairs]
+    return [*bands, *(f"{name.replace('_', ' ')}: {angle:.10g} deg" for name, angle in pairs)]
+
+
+def _bandwidth(path: PathLike, header: dict[str, str]) -> float:
+    text = header.get(_BANDWIDTH, "0")
+    try:
+        found = parse_number(text.removesuffix("nm").strip())
+    except ValueError:
+        found = -1.0
+    if not 0.0 <= found <= 1e4:
+        raise FormatError(f"{path}: header '{_BANDWIDTH}': {text[:40]!r}, expected one like 10 nm")
+    return found
 
 
 def _write(

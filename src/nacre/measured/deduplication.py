@@ -30,6 +30,7 @@ def from_measurement(
     wavelengths: Floats | None = None,
     sigma: Floats | None = None,
     apertures: Floats | None = None,
+    bandwidth: float = 0.0,
     facts: Mapping[str, Any] | None = None,
     notes: Iterable[str] = (),
 ) -> ScatteredBrdf:
@@ -94,6 +95,7 @@ def from_measurement(
         wavelengths=wavelengths,
         sigma=None if sigma is None else of_means(sigma),
         apertures=apertures,
+        bandwidth=bandwidth,
         facts=dict(facts or {}) | counts,
     )
     return scan.replaced(channels=channels, notes=tuple(said))

@@ -18,14 +18,14 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Array, Components, Floats
-from nacre.brdf import Brdf
+from nacre.brdf import COLOR, Brdf
 from nacre.errors import NacreError
 from nacre.geometry import from_rusinkiewicz_angles, join, split
 from nacre.measured.interpolation import NEIGHBORS, Neighbours, SampleTree, interpolate, logarithms
 from nacre.measured.sharpening import sharpened
 from nacre.numerics.direction_samples import DirectionSamples, Scattered
 from nacre.sampling import LobeSampledBrdf, check_isotropic
-from nacre.spectra import chosen_channels
+from nacre.spectra import chosen_channels, narrowed
 
 _HALF, _DIFFERENCE, _AZIMUTHS = 60, 48, 20
 """Nodes of an isotropic grid in theta_h and theta_d; largest number of steps in phi_d to pi."""
@@ -64,6 +64,9 @@ class ScatteredBrdf(LobeSampledBrdf):
     apertures
         Half the angles of the cones of source and detector in radians, shape (n, 2) or (2,), each
         below a right angle; 0 where there is none. See :mod:`nacre.sampling.apertures`.
+    bandwidth
+        Width of the bands at half their height in nm, where spectra are known; 0 for lines. See
+        :func:`nacre.spectra.narrowed`.
     facts
         What else :meth:`describe` should show.
 
@@ -71,7 +74,7 @@ class ScatteredBrdf(LobeSampledBrdf):
     ------
     ValueError
         If shapes do not match, there is no sample, a value is not finite, a standard deviation or
-        an aperture is out of range, or a direction is not above the horizon;
+        an aperture or the bandwidth is out of range, or a direction is not above the horizon;
         :func:`nacre.measured.deduplication.from_measurement` sorts such rows out.
     """
 
@@ -90,6 +93,7 @@ class ScatteredBrdf(LobeSampledBrdf):
         wavelengths: npt.ArrayLike | None = None,
         sigma: npt.ArrayLike | None = None,
         apertures: npt.ArrayLike | None = None,
+        bandwidth: float = 0.0,
         facts: Mapping[str, Any] | None = None,
     ) -> None:
         light, view, color = arrays = [np.array(a, np.float64) for a in (wi, wo, rgb)]
@@ -129,6 +133,9 @@ class ScatteredBrdf(LobeSampledBrdf):
             cones = cones if cones.any() else None
         self.samples = DirectionSamples(light, view, color, noise, cones)
         """Directions, linear RGB, noise and apertures as they were measured; float64."""
+        if not 0.0 <= bandwidth < math.inf:
+            raise ValueError(f"the bandwidth must be 0 or more, got {bandwidth}")
+        self.bandwidth = bandwidth if self.spectra is not None else 0.0
         self._facts = dict(facts or {})
 
     def subset(self, chosen: npt.NDArray[Any]) -> ScatteredBrdf:
@@ -145,10 +152,11 @@ class ScatteredBrdf(LobeSampledBrdf):
             wavelengths=self.wavelengths,
             sigma=part.sigma,
             apertures=part.apertures,
+            bandwidth=self.bandwidth,
         ).replaced(channels=self.channels, notes=self.notes)
 
     def scattered(self) -> Scattered | None:
-        if self.samples.apertures is None:
+        if self.samples.apertures is None and not self.bandwidth:
             return self
         part = self._sharp
         return ScatteredBrdf(
@@ -230,6 +238,7 @@ class ScatteredBrdf(LobeSampledBrdf):
             "samples": len(samples),
             "source half-angle": self._half_angle(0),
             "detector half-angle": self._half_angle(1),
+            "bandwidth nm": self.bandwidth or None,
             "uncertainty": self._uncertainty(),
             "mirrored": self.mirrored,
             "interpolation": f"moving least squares of log f_r, {NEIGHBORS} neighbors",
@@ -289,11 +298,14 @@ class ScatteredBrdf(LobeSampledBrdf):
 
     @cached_property
     def _sharp(self) -> DirectionSamples:
-        """The samples, without apertures."""
+        """The samples, without apertures and bandwidth."""
         samples = self.samples
-        if samples.apertures is None:
+        if samples.apertures is None and not self.bandwidth:
             return samples
-        rgb = sharpened(self._tree, samples, samples.rgb)
+        if self.bandwidth and self._sharp_spectra is not None:
+            rgb = self._in_channels(self._sharp_spectra)
+        else:
+            rgb = sharpened(self._tree, samples, samples.rgb)
         sigma = samples.sigma
         if sigma is not None:
             before, after = (np.maximum(a, 0.0).mean(axis=1) for a in (samples.rgb, rgb))
@@ -302,9 +314,18 @@ class ScatteredBrdf(LobeSampledBrdf):
 
     @cached_property
     def _sharp_spectra(self) -> Floats | None:
-        if self.spectra is None or self.samples.apertures is None:
-            return self.spectra
-        return sharpened(self._tree, self.samples, self.spectra)
+        spectra: Floats | None = self.spectra
+        if spectra is not None and self.samples.apertures is not None:
+            spectra = sharpened(self._tree, self.samples, spectra)
+        if spectra is not None and self.wavelengths is not None and self.bandwidth:
+            spectra = narrowed(spectra, self.wavelengths, self.bandwidth)
+        return spectra
+
+    def _in_channels(self, spectra: Floats) -> Floats:
+        """Values (n, 3) of the channels from spectra (n, bands)."""
+        assert self.wavelengths is not None
+        wanted = {float(name.split()[0]) for name in self.channels if self.channels != COLOR}
+        return chosen_channels(spectra, self.wavelengths, sorted(wanted) or "color")[0]
 
     @cached_property
     def _logs(self) -> Floats:
