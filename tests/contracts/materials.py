@@ -42,6 +42,7 @@ from tests.data import list_data, require_data
 from tests.latent.made import random_autoencoder, random_basis, random_hypernetwork
 from tests.measured.support import material, spectral, tensor_bytes
 from tests.mitsuba.reflectances import Tilted
+from tests.spectra import spectral_network
 from tests.textures.codecs.basis.made import codec
 
 
@@ -163,6 +164,7 @@ MATERIALS: dict[str, Callable[[], Brdf]] = {
     "anisotropic physical network": lambda: network(False, RECIPROCAL),
     "network of stereographic inputs": lambda: network(False, STEREOGRAPHIC),
     "network of others": chain,
+    "spectral network": spectral_network,
     "formula": lambda: FormulaBrdf(_formula, isotropic=True, name="formula"),
     "PCA code": code,
     "code of a neural basis": lambda: random_basis().decode(CODE),

@@ -22,8 +22,8 @@ from nacre.analytic import MODELS
 from nacre.brdf import Brdf
 from nacre.geometry import from_spherical, join
 from nacre.instruments import gloss
-from nacre.latent.estimates import plausible, unexplained
-from nacre.latent.intervals import interval, reflectance_interval
+from nacre.latent.estimates import bounds, plausible
+from nacre.latent.intervals import interval
 from nacre.measured import ScatteredBrdf
 
 NOISES = 0.02, 0.05
@@ -45,7 +45,7 @@ def judged(truth: Brdf, noise: float, seed: int, preset: str) -> list[float]:
     others = plausible(fitted)
     theta, phi = np.radians(random.uniform(0.0, 75.0, (2, 4000))), random.uniform(0, np.pi, 4000)
     light, view = join(from_spherical(theta[0], 0.0 * phi)), join(from_spherical(theta[1], phi))
-    low, high = reflectance_interval(others, light, view, unexplained=unexplained(fitted))
+    low, high = bounds(fitted, light, view)
     real, found = truth.eval(light, view), fitted.eval(light, view)
     seen = np.radians([0.0, 25.0, 50.0])
     views = np.stack([np.sin(seen), 0.0 * seen, np.cos(seen)], axis=1)

@@ -90,7 +90,7 @@ from nacre.errors import FormatError
         metavar="KIND",
         default="auto",
     ),
-    "How workers get measured files: by path, by content, or as suits each.",
+    "Delivery of measured files to workers: by path, content, or as suits each.",
     plans=True,
     reads=True,
 )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -102,18 +101,14 @@ def kept_networks(fitted: NeuralBrdf, scan: Scattered, progress: Progress) -> Ne
     kept = {
         "samples": len(scan.samples),
         "networks": ensemble.stored(fitted, others),
-        "unexplained": ensemble.unexplained(fitted, scan.samples),
     }
     return fitted.replaced(metadata={**fitted.metadata, _KEY: kept})
 
 
-def unexplained(material: Brdf) -> float:
+def _unexplained(material: Brdf) -> float:
     """Standard deviation of ln f_r that none of the :func:`plausible` materials explains."""
     kept = material.metadata.get(_KEY, {}) if isinstance(material, NeuralBrdf) else {}
-    found = kept.get("unexplained", UNEXPLAINED)
-    if not isinstance(found, int | float) or not 0.0 <= found < math.inf:
-        raise FormatError(f"{material.name or 'network'}: plausible materials: cannot be read")
-    return float(found)
+    return 0.0 if "networks" in kept else UNEXPLAINED
 
 
 def plausible(material: Brdf, basis: LatentBasis | None = None) -> list[Brdf]:
@@ -159,7 +154,7 @@ def bounds(
     if not others:
         name = material.name or "this material"
         raise NacreError(f"{name}: nothing says how well it is known; fit a scan with intervals")
-    return reflectance_interval(others, wi, wo, fraction, unexplained(material))
+    return reflectance_interval(others, wi, wo, fraction, _unexplained(material))
 
 
 def albedo_interval(materials: Sequence[Brdf]) -> tuple[Doubles, Doubles]:
@@ -175,7 +170,7 @@ def facts(material: Brdf) -> dict[str, Any]:
     assert isinstance(material, NeuralBrdf)
     kept = material.metadata[_KEY]
     counts = {name: kept[name] for name in OBSERVED if name in kept}
-    return _facts(others, counts, kept.get("scale"), unexplained(material))
+    return _facts(others, counts, kept.get("scale"), _unexplained(material))
 
 
 def in_words(known: Mapping[str, Any]) -> str:

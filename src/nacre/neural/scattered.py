@@ -105,12 +105,6 @@ def clamped(layers: Sequence[Layer], highest: npt.ArrayLike) -> list[Layer]:
     return [*hidden, below, Layer(-np.eye(len(cap), dtype=np.float32), cap)]
 
 
-def unclamped(layers: Sequence[Layer]) -> list[Layer]:
-    """The layers of a network before it was :func:`clamped`."""
-    *hidden, below, top = layers
-    return [*hidden, Layer(-below.weights, top.biases - below.biases)]
-
-
 def validation_errors(
     scan: Scattered, fitted: Brdf, held_out: float, seed: int
 ) -> dict[str, float]:
