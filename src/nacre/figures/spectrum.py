@@ -16,7 +16,7 @@ from nacre.figures.plot import INCIDENCE, check_count, draw_key, key_places, lin
 from nacre.geometry import from_spherical, join
 
 _PANEL, _LEFT, _GAP, _TITLE = (2.3, 1.5), 0.5, 0.42, 0.3  # inches
-_FOOTER = 0.62
+_FOOTER = 0.5
 _FEW = 12  # bands whose values are marked
 
 
@@ -60,11 +60,7 @@ def spectrum_figure(
     if not incidence:
         raise ValueError("expected at least one angle of incidence")
     check_count(len(materials))
-    for name, brdf in materials.items():
-        if brdf.wavelengths is None:
-            raise NacreError(
-                f"{printable(name)}: is known in RGB only, and has no spectrum to plot"
-            )
+    bands = {name: _bands(name, brdf) for name, brdf in materials.items()}
     rows = {
         "mirror direction": [(angle, angle) for angle in incidence],
         "viewer at the normal": [(angle, 0.0) for angle in incidence],
@@ -81,17 +77,17 @@ def spectrum_figure(
     page = Page(width, top + len(rows) * down + _FOOTER, "white")
     for index, pair in enumerate(pairs):
         j, i = divmod(index, len(incidence))
-        x, y = _LEFT + i * step, top + j * down + _TITLE
+        left, y = _LEFT + i * step, top + j * down + _TITLE
         title = f"light {math.degrees(pair[0]):g}°, {list(rows)[j]}"
-        page.text(x, y - 0.08, title, 9.0, INK)
-        axes = _framed(page.axes(x, y, *_PANEL), last=j + 1 == len(rows))
+        page.text(left, y - 0.08, title, 9.0, INK)
+        axes = _framed(page.axes(left, y, *_PANEL), last=j + 1 == len(rows))
         highest = 0.0
-        for k, (name, brdf) in enumerate(materials.items()):
-            values, few = spectra[name][index], np.size(brdf.wavelengths) <= _FEW
-            mark = {"marker": "o", "markersize": 3} if few else {}
-            axes.plot(brdf.wavelengths, values, zorder=2, **line_style(k, len(materials)), **mark)
+        for k, (name, x) in enumerate(bands.items()):
+            values, style = spectra[name][index], line_style(k, len(bands))
+            mark = {"marker": "o", "markersize": 3} if len(x) <= _FEW else {}
+            axes.plot(x, values, zorder=2, **style, **mark)
             highest = max(highest, float(np.nan_to_num(values).max()))
-        axes.set_xlim(*_ends(materials))
+        axes.set_xlim(*_ends(bands))
         axes.set_ylim(0.0, 1.08 * highest or 1.0)
         if not any(np.isfinite(values[index]).any() for values in spectra.values()):
             middle = {"transform": axes.transAxes, "ha": "center", "va": "center"}
@@ -101,6 +97,13 @@ def spectrum_figure(
     note = f"f_r in 1/sr over wavelength in nm{plane}"
     page.text(_LEFT, page.height - 0.14, note, 8.0, FAINT, va="bottom")
     return page.figure
+
+
+def _bands(name: str, brdf: Brdf) -> Floats:
+    """Wavelengths in nm, shape (bands,)."""
+    if brdf.wavelengths is None:
+        raise NacreError(f"{printable(name)}: is known in RGB only, and has no spectrum to plot")
+    return brdf.wavelengths
 
 
 def _spectra(brdf: Brdf, pairs: Sequence[tuple[float, float]], azimuth: float) -> Floats:
@@ -114,10 +117,10 @@ def _spectra(brdf: Brdf, pairs: Sequence[tuple[float, float]], azimuth: float) -
     return np.where(known, np.asarray(brdf.eval_spectral(wi, wo), np.float64), math.nan)
 
 
-def _ends(materials: Mapping[str, Brdf]) -> tuple[float, float]:
+def _ends(bands: Mapping[str, Floats]) -> tuple[float, float]:
     """The span in nm of all materials; some width around a single band."""
-    bands = np.concatenate([np.asarray(brdf.wavelengths) for brdf in materials.values()])
-    low, high = float(bands.min()), float(bands.max())
+    every = np.concatenate(list(bands.values()))
+    low, high = float(every.min()), float(every.max())
     return (low, high) if high > low else (low - 10.0, high + 10.0)
 
 
