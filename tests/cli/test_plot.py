@@ -16,6 +16,7 @@ from nacre.measured.textures import UTIA
 from nacre.metrics import albedo
 from nacre.neural import Layer, NeuralBrdf
 from tests.cli.support import assert_refused, run, run_json
+from tests.spectra import spectral_network
 
 
 @pytest.fixture(scope="module")
@@ -60,6 +61,22 @@ def test_plots_are_named_after_their_input(here):
     assert (here / "a_lobes.png").stat().st_size > 1000
 
 
+def test_spectra_are_plotted_over_wavelength(here, capsys):
+    pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
+    nacre.save(spectral_network(), here / "s.safetensors")
+    assert run("plot", "s.safetensors", "--spectrum") == 0
+    assert (here / "s_spectrum.png").stat().st_size > 1000
+    assert run("plot", "s.safetensors", "s.safetensors", "--spectrum", "--incidence", 45) == 0
+    assert (here / "spectrum.png").stat().st_size > 1000
+    capsys.readouterr()
+    for more, words in (
+        (["a.safetensors"], "a.safetensors: is known in RGB only, and has no spectrum"),
+        (["--cosine"], "--cosine is for lobes; leave it or --spectrum out"),
+        (["--channel", "red"], "--channel is for lobes"),
+    ):
+        assert_refused(capsys, words, "plot", "s.safetensors", "--spectrum", *more)
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -80,12 +97,12 @@ def test_plots_are_named_after_their_input(here):
             "expected a number (1e-12 to 1e+12), got 'nan'",
         ),
         (["plot", "a.safetensors", "--channel", "hue"], "'hue' is not one of"),
-        (["plot", *["a.safetensors"] * 8], "at most 7 materials"),
+        (["plot", *["a.safetensors"] * 8], "1 to 7 materials"),
         (["plot", "a.safetensors", "cut.safetensors"], "cut.safetensors"),
         (["plot", "none.safetensors"], "none.safetensors: no such file"),
         (["info", "a.safetensors", "--plot", "x.jpg"], "x.jpg: a plot ends in one of .png"),
         (["info", "a.safetensors", "--plot", "absent/x.png"], "does not exist; create it"),
-        (["info", *["a.safetensors"] * 8, "--plot", "x.png"], "at most 7 materials"),
+        (["info", *["a.safetensors"] * 8, "--plot", "x.png"], "1 to 7 materials"),
         (["info", "cut.safetensors", "--plot", "x.png", "--json"], "cut.safetensors"),
     ],
 )

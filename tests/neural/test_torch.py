@@ -20,15 +20,16 @@ from tests.reflectances import Brushed, Glossy
 torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
 from nacre.neural.torch import SampleStack, TorchTrainer  # noqa: E402  (needs PyTorch)
 
-SHAPES = [(6, 21, 21, 3), (7, 12, 12, 3), (6, 32, 16, 8, 3)]
+SHAPES = [(6, 21, 21, 3), (7, 12, 12, 3), (6, 32, 16, 8, 3), (6, 12, 1), (6, 16, 16, 10)]
+"""The last have other outputs than three, as spectral networks do."""
 BLOCKS = 100
 BATCH = 512  # 32 blocks: three whole batches, and one of four
 
 
-def different(materials, inputs=6, blocks=BLOCKS):
+def different(materials, inputs=6, blocks=BLOCKS, outputs=3):
     """Samples of materials; weights of every second one go up to 100, as those of scans do."""
     return [
-        random_samples(16 * blocks, seed, heaviest=(1.0, 100.0)[seed % 2], inputs=inputs)
+        random_samples(16 * blocks, seed, (1.0, 100.0)[seed % 2], inputs, outputs)
         for seed in range(materials)
     ]
 
@@ -60,7 +61,7 @@ def test_stacks_of_positive_reflectances_have_the_losses_and_gradients_of_the_ke
 @pytest.mark.parametrize("count", [32, 30, 1])
 @pytest.mark.parametrize("activation", ACTIVATIONS)
 def test_every_gradient_of_a_stack_matches_autograd_and_the_kernel(sizes, count, activation):
-    samples = different(3, inputs=sizes[0])
+    samples = different(3, inputs=sizes[0], outputs=sizes[-1])
     stack, order = SampleStack(samples, "cpu"), orders(3)
     trainer = TorchTrainer(random_layers(sizes, activation=activation), BATCH, "cpu", 3, activation)
     trainer.epoch(stack, order, rates())
@@ -92,8 +93,10 @@ def test_gradients_of_real_inputs_match_the_kernel(material):
         assert error < 1e-5 * np.abs(flat(expected)).max()
 
 
-def test_a_stack_takes_the_steps_of_the_kernel():
-    samples, order, layers = different(3, blocks=500), orders(3, 500), random_layers((6, 16, 16, 3))
+@pytest.mark.parametrize("outputs", [3, 10])
+def test_a_stack_takes_the_steps_of_the_kernel(outputs):
+    samples, order = different(3, blocks=500, outputs=outputs), orders(3, 500)
+    layers = random_layers((6, 16, 16, outputs))
     stack = SampleStack(samples, "cpu")
     trainer = TorchTrainer(layers, BATCH, "cpu", 3)
     kernels = [KernelTrainer(layers, BATCH) for _ in samples]

@@ -18,6 +18,7 @@ from nacre.neural import NeuralBrdf
 from nacre.verbs import Picture
 from tests.cli.support import run, run_json
 from tests.specimens import SPECIMENS
+from tests.spectra import spectral_network
 from tests.variants import require_mitsuba
 
 PAPER = "rgl:paper_white"
@@ -284,6 +285,16 @@ def test_plot_shows_itself(paper: Brdf, folder: Path) -> None:
         nacre.plot(paper, "lobes.svg")
     with pytest.raises(TypeError, match=r"nacre.plot\(material\)"):
         nacre.plot()
+
+
+def test_plot_over_wavelength(paper: Brdf, folder: Path) -> None:
+    pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
+    drawn = nacre.plot(spectral_network(), spectrum=True, incidence=45)
+    assert (drawn.materials, len(drawn.figure.axes)) == (("random",), 2)
+    with pytest.raises(nacre.NacreError, match="known in RGB only"):
+        nacre.plot(paper, spectrum=True)
+    with pytest.raises(ValueError, match="are for lobes"):
+        nacre.plot(spectral_network(), spectrum=True, cosine=True)
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ from nacre.numerics.mlp import Layer
 from nacre.sampling import BlinnPhongMixture, GgxLobe, GgxMixture
 from nacre.viewer.content import Entry
 from tests.oracles.pairs import pairs
+from tests.spectra import spectral_network
 from tests.viewer.tab import Tab, page
 
 DRAWN = """([index, wo, u]) => {
@@ -94,3 +95,16 @@ def test_networks_with_other_axes_and_samplers_give_their_own_numbers(tab: Tab, 
         )
         density = each.pdf(normalized(drawn[lit, :3]), wo[lit])
         assert np.isclose(drawn[lit, 3], density, rtol=1e-2).mean() > 0.98
+
+
+@pytest.mark.slow
+def test_a_spectral_network_is_shown_in_its_color(tab: Tab):
+    material = spectral_network()
+    tab.open(page("Spectrum", [Entry("random", {"Network": material})], [studio()]))
+    wi, wo = (part[:500].astype(np.float32) for part in pairs(4096))
+    given = [w.ravel().tolist() for w in (wi, wo)]
+    found = np.reshape(tab.page.evaluate(VALUES, [0, *given]), (-1, 4))
+    np.testing.assert_allclose(found[:, :3], material.eval(wi, wo), rtol=2e-4, atol=2e-6)
+    assert found[:, :3].max() > 0.1
+    assert "Neural network" in tab.page.inner_text("body")
+    tab.keep("spectral network")

@@ -8,7 +8,7 @@ from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
-from nacre.cli.plot import check_count, name_apart
+from nacre.cli.plot import name_apart
 from nacre.cli.reading import chosen_material
 from nacre.cli.report import keyed, note, print_facts, progress, report_parts, say, tell
 from nacre.cli.session import session
@@ -54,7 +54,7 @@ def command(
     from nacre.workflows import inspect
 
     if plot is not None:
-        from nacre.figures.plot import check_plot_path
+        from nacre.figures.plot import check_count, check_plot_path
 
         check_plot_path(plot)
         options.check_outputs([plot], paths)

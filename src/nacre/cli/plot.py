@@ -4,6 +4,8 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import click
+
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.display import Line
@@ -11,13 +13,14 @@ from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
 from nacre.cli.ranges import FiniteRange
 from nacre.cli.report import progress, report
-from nacre.errors import NacreError, printable
-from nacre.figures.plot import CHANNELS, INCIDENCE, MAX_MATERIALS
+from nacre.errors import printable
+from nacre.figures.plot import CHANNELS, INCIDENCE
 
 if TYPE_CHECKING:
     from nacre.brdf import Brdf
 
 _Named = TypeVar("_Named")
+_LOBES_ONLY = "--channel", "--cosine", "--floor"
 _DEFAULT = ",".join(f"{math.degrees(angle):g}" for angle in INCIDENCE)
 
 
@@ -31,8 +34,12 @@ def _angles(text: str) -> tuple[float, ...]:
 @make(
     "plot",
     options.inputs_argument(),
-    options.output_option(required=False, shown="NAME_lobes.png; lobes.png for several"),
+    options.output_option(
+        required=False, shown="NAME_lobes.png or NAME_spectrum.png; lobes.png for several"
+    ),
     "Plot to write (.png, .svg, .pdf).",
+    option("--spectrum", is_flag=True),
+    "Plot f_r over wavelength, in the mirror direction and for a viewer at the normal.",
     option("--texel", options.TEXEL, applies="btf", metavar="X,Y", shown="the mean of all"),
     "Texel whose lobes to plot: column and row, counted from 0.",
     option("--incidence", options.Parsed("DEG,DEG", _angles), default=_DEFAULT),
@@ -51,16 +58,23 @@ def command(
     texel: tuple[int, int] | None,
     incidence: tuple[float, ...],
     azimuth: float,
+    spectrum: bool,
     **chosen: Any,
 ) -> None:
     """Plot the lobes of materials over one another, in the plane of incidence, on a log scale.
 
     The first of several materials is a wide gray line below the others. Lines have gaps where
-    nothing was measured. For a texture, the mean is plotted, or one --texel.
+    nothing was measured. For a texture, the mean is plotted, or one --texel. With --spectrum, f_r
+    of materials with bands is plotted over wavelength.
     """
-    from nacre.figures.plot import check_plot_path, lobe_figure, write_plot
+    from nacre.figures.plot import check_count, check_plot_path, lobe_figure, write_plot
+    from nacre.figures.spectrum import spectrum_figure
 
-    output = output or Path(f"{paths[0].stem}_lobes.png" if len(paths) == 1 else "lobes.png")
+    kind = "spectrum" if spectrum else "lobes"
+    for _, flag in options.given():
+        if spectrum and flag in _LOBES_ONLY:
+            raise click.UsageError(f"{flag} is for lobes; leave it or --spectrum out")
+    output = output or Path(f"{paths[0].stem}_{kind}.png" if len(paths) == 1 else f"{kind}.png")
     check_plot_path(output)
     check_count(len(paths))
     options.check_outputs([output], paths)
@@ -72,7 +86,12 @@ def command(
     named = name_apart(materials)
     line("plotting", 0, 1)
     angles = tuple(map(math.radians, incidence))
-    write_plot(lobe_figure(named, angles, azimuth=math.radians(azimuth), **chosen), output)
+    turn = math.radians(azimuth)
+    if spectrum:
+        figure = spectrum_figure(named, angles, azimuth=turn)
+    else:
+        figure = lobe_figure(named, angles, azimuth=turn, **chosen)
+    write_plot(figure, output)
     data = {"output": str(output), "materials": list(named), "incidence_deg": list(incidence)}
     report(f"{output}: {', '.join(named)}", data)
 
@@ -85,12 +104,6 @@ def _load(path: Path, texel: tuple[int, int] | None, line: Line, *, several: boo
     if kind_of(path, refusing=not several) == "brdf":
         return load_brdf(path)
     return texture_reflectance(load_btf(path), texel, line)
-
-
-def check_count(count: int) -> None:
-    """Raise if a plot cannot show that many materials."""
-    if count > MAX_MATERIALS:
-        raise NacreError(f"a plot shows at most {MAX_MATERIALS} materials, not {count}")
 
 
 def name_apart(materials: list[tuple[Path, _Named]]) -> dict[str, _Named]:

@@ -102,8 +102,7 @@ def lobe_figure(
         raise ValueError("expected at least one angle of incidence")
     if floor is not None and not 0.0 < floor < math.inf:
         raise ValueError(f"floor must be positive, got {floor}")
-    if not 0 < len(materials) <= MAX_MATERIALS:
-        raise NacreError(f"a plot shows 1 to {MAX_MATERIALS} materials, not {len(materials)}")
+    check_count(len(materials))
     lobes = {
         name: [lobe(brdf, angle, azimuth) for angle in incidence]
         for name, brdf in materials.items()
@@ -120,7 +119,7 @@ def lobe_figure(
         note += "; bands hold 90 %"
 
     width = len(incidence) * _PANEL[0]
-    places, top = _arrange(list(lobes), width)
+    places, top = key_places(list(lobes), width)
     note = textwrap.fill(note, int(width * _NOTE_DENSITY))
     bottom = _FOOTER + 0.14 * note.count("\n")
     page = Page(width + 2.0 * _MARGIN, top + len(rows) * _PANEL[1] + bottom, "white")
@@ -129,19 +128,21 @@ def lobe_figure(
             axes = page.axes(_MARGIN + i * _PANEL[0], top + j * _PANEL[1], *_PANEL)
             _draw_grid(axes, angle, low, high, row if channel == "rgb" else "")
             for k, (name, each) in enumerate(lobes.items()):
-                values, style = _values(each[i], row, cosine), _style(k, len(lobes))
+                values, style = _values(each[i], row, cosine), line_style(k, len(lobes))
                 _draw_curve(axes, each[i].theta, values, low, high, style)
                 if bands[name]:
                     ends = (_values(end, row, cosine) for end in bands[name][i])
                     radii = tuple(_radii(end, low, high) for end in ends)
                     _draw_band(axes, each[i].theta, radii, style["color"])
-    for index, (name, x, y) in enumerate(places):
-        if len(places) > 1:
-            page.line(x, y, x + _PIECE - 0.07, y, **_style(index, len(places)))
-            x += _PIECE
-        page.text(x, y, name, _KEY_SIZE, va="center_baseline")
+    draw_key(page, places)
     page.text(_MARGIN, page.height - 0.14, note, 8.0, FAINT, va="bottom")
     return page.figure
+
+
+def check_count(count: int) -> None:
+    """Raise NacreError if a plot cannot show that many materials."""
+    if not 0 < count <= MAX_MATERIALS:
+        raise NacreError(f"a plot shows 1 to {MAX_MATERIALS} materials, not {count}")
 
 
 def check_plot_path(path: PathLike) -> Path:
@@ -216,13 +217,14 @@ def _bands(brdf: Brdf, lobes: Sequence[Lobe]) -> list[tuple[Lobe, Lobe]]:
     return found
 
 
-def _style(index: int, count: int) -> dict[str, Any]:
+def line_style(index: int, count: int) -> dict[str, Any]:
+    """Matplotlib's settings of the line of one of so many materials."""
     if count > 1 and index == 0:
         return {"color": _REFERENCE, "linewidth": 3.2, "solid_capstyle": "butt"}
     return {"color": COLORS[index - (count > 1)], "linewidth": 1.2, "solid_capstyle": "round"}
 
 
-def _arrange(names: Sequence[str], width: float) -> tuple[list[Place], float]:
+def key_places(names: Sequence[str], width: float) -> tuple[list[Place], float]:
     """Places for the names in the key, in rows, in inches from the upper left; and its height.
 
     A name that is too long for a row loses its middle.
@@ -237,6 +239,15 @@ def _arrange(names: Sequence[str], width: float) -> tuple[list[Place], float]:
         places.append((text.get_text(), _MARGIN + x, y))
         x += step
     return places, y + 0.12
+
+
+def draw_key(page: Page, places: Sequence[Place]) -> None:
+    """Names at the places of :func:`key_places`, with a piece of each line if there are several."""
+    for index, (name, x, y) in enumerate(places):
+        if len(places) > 1:
+            page.line(x, y, x + _PIECE - 0.07, y, **line_style(index, len(places)))
+            x += _PIECE
+        page.text(x, y, name, _KEY_SIZE, va="center_baseline")
 
 
 def _readable(value: float) -> str:

@@ -1,4 +1,4 @@
-"""`nacre.plot`: lobes of materials over one another."""
+"""`nacre.plot`: lobes, or spectra, of materials over one another."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.errors import NacreError, printable
 from nacre.figures.plot import INCIDENCE, lobe_figure, write_plot
+from nacre.figures.spectrum import spectrum_figure
 from nacre.io.files import PathLike
 from nacre.runtime.progress import Progress, silent
 from nacre.verbs.material import Given, label, opened
@@ -44,6 +45,7 @@ class Plot:
 
 def plot(
     *materials: Given,
+    spectrum: bool = False,
     texel: tuple[int, int] | None = None,
     incidence: float | Sequence[float] = _DEGREES,
     azimuth: float = 0.0,
@@ -61,6 +63,9 @@ def plot(
     ----------
     materials
         Up to seven materials, paths or names; of a texture the mean is drawn, or one `texel`.
+    spectrum
+        Plot f_r of materials with bands over wavelength, in the mirror direction and for a viewer
+        at the normal; `channel`, `cosine` and `floor` are for lobes.
     texel
         Column and row of the texel of a texture, from 0.
     incidence
@@ -79,9 +84,10 @@ def plot(
     Raises
     ------
     NacreError
-        If a material cannot be read, there are too many, or nothing is known in this plane.
+        If a material cannot be read, there are too many, or nothing is known in this plane,
+        or a material has no spectrum to plot.
     ValueError
-        If another argument is out of range.
+        If another argument is out of range, or is for lobes and there is a `spectrum`.
     MissingExtraError
         If Matplotlib is not installed.
     """
@@ -98,10 +104,15 @@ def plot(
     angles = [incidence] if isinstance(incidence, float | int) else list(incidence)
     if not all(0.0 <= angle < 90.0 for angle in angles):
         raise NacreError(f"incidence lies from 0 to below 90 degrees, not at {incidence}")
+    radians, turn = [math.radians(angle) for angle in angles], math.radians(azimuth)
+    if spectrum:
+        if (channel, cosine, floor) != ("luminance", False, None):
+            raise ValueError("channel, cosine and floor are for lobes; leave them or spectrum out")
+        return Plot(tuple(named), spectrum_figure(named, radians, azimuth=turn))
     figure = lobe_figure(
         named,
-        [math.radians(angle) for angle in angles],
-        azimuth=math.radians(azimuth),
+        radians,
+        azimuth=turn,
         channel=channel,
         cosine=cosine,
         floor=floor,

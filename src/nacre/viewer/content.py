@@ -22,6 +22,7 @@ from nacre.mitsuba.environment import Environment
 from nacre.mitsuba.lights import EnvironmentLight, Light
 from nacre.mitsuba.sphere import render_sphere
 from nacre.mitsuba.surroundings import ENVIRONMENTS
+from nacre.neural.chain import ChainBrdf
 from nacre.neural.file import encode
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.runtime.progress import Progress, silent
@@ -257,7 +258,7 @@ def _known(brdf: Brdf) -> dict[str, str]:
 
 def _kind(brdf: Brdf) -> str:
     """How a reflectance is held, in a word."""
-    if isinstance(brdf, NeuralBrdf):
+    if isinstance(brdf, NeuralBrdf | ChainBrdf):
         return "neural"
     if not isinstance(brdf, AnalyticBrdf):
         return "measured"
