@@ -242,6 +242,6 @@ def texture_facts(texture: Btf, atlas: ShaderTexture, name: str) -> list[str]:
         mipmaps = f", {len(levels)} levels" if len(levels) > 1 else ""
         lines.append(f"{name}_{each}.ktx2: {kind}, {text}, {shape}{mipmaps}, {size} bytes")
     lines.append(
-        "Each is the texture of its name: not sRGB, filtered linearly (between levels too), repeated."
+        "Each is the texture of its name: not sRGB, filtered linearly (levels too), repeated."
     )
     return [*lines, *error_lines(texture, atlas)]
