@@ -19,6 +19,7 @@ from nacre.targets import TARGETS
 from nacre.targets.textures import FilteredTexture
 from nacre.targets.textures.accuracy import mean_squared_error
 from nacre.textures.latent_file import save_latent_map
+from nacre.textures.latent_map import LatentMap
 from tests.cli.support import run
 from tests.oracles.runners import browser, slang
 from tests.oracles.runners import three as pages
@@ -182,6 +183,17 @@ def test_the_command_writes_and_states_what_was_asked_for(tmp_path: Path, capsys
     ):
         assert run(*given, "--to", target, "--bytes-per-texel", asked) == 2
         assert what in capsys.readouterr().err
+
+
+def test_a_single_black_texel_stays_black() -> None:
+    latent = texture().latent
+    wi, wo = latent.wi[:50], latent.wo[:50]
+    codes = latent.codec.encoder(wi, wo)(np.zeros((1, 50, 3), np.float32)).reshape(1, 1, -1)
+    black = LatentMap(codes, latent.codec, wi, wo, NAME)
+    made = FilteredTexture.of(black, 4, RESOLUTION)
+    assert [level.shape for level in made.weights[0]] == [(1, 1, 4)]
+    assert np.abs(made.span).max() < 1e-5
+    assert mean_squared_error(made, black) < 2e-5
 
 
 def test_a_reflectance_has_no_texels() -> None:

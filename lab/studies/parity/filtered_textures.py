@@ -24,12 +24,12 @@ from nacre.btf import Btf
 from nacre.color import tone_map
 from nacre.geometry import cosine_hemisphere, join
 from nacre.metrics.metrics import flip
-from nacre.targets import TARGETS
 from nacre.targets.textures import FilteredTexture, TextureAtlas
 from nacre.targets.textures.accuracy import mean_squared_error
 from nacre.targets.textures.shader_texture import ShaderTexture
 from nacre.textures.codecs.codec import on_all_cores
 from nacre.textures.latent_map import LatentMap
+from tests.oracles.texture_runner import exported
 from tests.oracles.texture_runners.three import ThreeWebGl, plane
 from tests.oracles.textures import Points
 
@@ -128,7 +128,6 @@ def main() -> None:
     study = Study(__doc__, __file__)
     study.add_argument("codes", nargs="+", help="encoded textures: paths or names")
     options = study.options()
-    target = TARGETS["three"]()
     rows, sheet = [], []
     for path in options.codes:
         texture = nacre.load(path)
@@ -140,7 +139,7 @@ def main() -> None:
         }
         made["256"] = TextureAtlas.of(texture)
         for size, atlas in made.items():
-            files = target.texture_files(texture, atlas, NAME)
+            files = exported("three", texture, atlas, NAME)
             stated = mean_squared_error(atlas, latent)
             found = [f"{1e4 * error:.2f}" for error in (stated, *errors(files, latent))]
             pictures = exported_pictures(files, texture)

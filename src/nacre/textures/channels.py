@@ -1,9 +1,9 @@
-"""A texture as sums of very few functions of light and view, whose weights are bytes.
+"""A texture as sums of a few functions of light and view, whose weights are bytes.
 
-Roots of reflectance, all three channels together, are a mean and a few principal components
-(:mod:`nacre.textures.factors` has them for luma and colors apart, and many more). So a texel is a
-handful of numbers that decode linearly up to a last square: graphics cards may filter them as they
-filter colors, between texels and between levels.
+Roots of reflectance, luma and colors together, are a mean and a few principal components;
+:mod:`nacre.textures.factors` has more of them, for luma and colors apart. Decoding is linear in the
+weights up to a last square, so graphics cards may filter them as they filter colors, between texels
+and between levels.
 """
 
 from __future__ import annotations
@@ -71,9 +71,7 @@ def channels(
     mean = seen.mean(axis=0)
     seen -= mean
     (space,) = leading_directions(lambda: [(seen,)], 1, seen.shape[1], count, seed=0)
-    # Few texels have fewer components: the others stay zero.
-    narrow = np.zeros((seen.shape[1], count), np.float32)
-    narrow[:, : space.shape[1]] = space / np.sqrt(seen.shape[1])
+    narrow = np.asarray(space / np.sqrt(seen.shape[1]), np.float32)
 
     def weighed(values: Floats) -> Floats:
         found: Floats = (_roots(values) - mean) @ narrow
