@@ -1,10 +1,10 @@
 """Textures of few bytes per texel in three.js, against what nacre decodes.
 
 Mean squared errors x 1e4 of factors pi f_r, at texels and cosine-distributed directions: as the
-export states it; as the exported shader computes it in Chromium at such points; the same between
-texels, against means of the four texels' reflectance; and on level 2, against means of 4 x 4
-texels. FLIP is that of pictures of a plane, of a pixel for each texel, under two lights, by the
-exported material. The last column is what a page loads.
+export states it; as the exported shader computes it in Chromium at the same points; the same
+between texels, against means of the four texels' reflectance; and on level 2, against means of
+4 x 4 texels. FLIP is that of pictures of a plane, of a pixel for each texel, under two lights, by
+the exported material. The last column is what a page loads.
 
 `python -m lab.studies.parity.filtered_textures CODES... [-o OUT]`; pictures in OUT have a row for
 each texture: what nacre decodes, then each size.
@@ -22,10 +22,9 @@ from lab.studies.study import Study, log
 from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.color import tone_map
-from nacre.geometry import cosine_hemisphere, join
 from nacre.metrics.metrics import flip
 from nacre.targets.textures import FilteredTexture, TextureAtlas
-from nacre.targets.textures.accuracy import mean_squared_error
+from nacre.targets.textures.accuracy import compared_at, mean_squared_error
 from nacre.targets.textures.shader_texture import ShaderTexture
 from nacre.textures.codecs.codec import on_all_cores
 from nacre.textures.latent_map import LatentMap
@@ -38,7 +37,6 @@ SIZES = 4, 8, 16, 32
 LIGHTS = (0.4, 0.3, 0.866), (-0.75, 0.2, 0.63)
 EXPOSURE = 2.0
 LEVEL = 2
-_PLACES, _PAIRS = 150, 100
 _WHERE = "at texels", "between", f"level {LEVEL}"
 
 
@@ -62,31 +60,29 @@ def reference(latent: LatentMap, points: Points, width: int) -> Floats:
 
 def _decoded(latent: LatentMap, codes: Floats, points: Points) -> Floats:
     """Factors of one code for each point; directions repeat for each place."""
-    wi, wo = points.wi[:_PAIRS], points.wo[:_PAIRS]
+    _, wi, wo = compared_at(latent)
     decode = on_all_cores(latent.codec, latent.codec.decoder(wi, wo))
-    return decode(codes[::_PAIRS].astype(np.float32)).reshape(-1, 3)
+    return decode(codes[:: len(wi)].astype(np.float32)).reshape(-1, 3)
 
 
 def points(latent: LatentMap, level: int, between: bool) -> Points:
-    """Places, each at the same pairs of directions."""
-    random = np.random.default_rng(1)
+    """Places, each at the same pairs of directions: on level 0 those of the stated error."""
+    texels, wi, wo = compared_at(latent)
     height, width, _ = latent.codes.shape
     step = 1 << level
-    uv = np.stack(
-        [step * (random.integers(0, n // step, _PLACES) + 0.5) / n for n in (width, height)], axis=1
-    )
+    y, x = (step * (part // step + 0.5) for part in np.divmod(texels, width))
+    uv = np.stack([x / width, y / height], axis=1)
     if between:
         uv += 0.5 / np.array([width, height])
-    u = random.random((4, _PAIRS))
-    wi, wo = (join(cosine_hemisphere(*part)) for part in (u[:2], u[2:]))
+    places, pairs = len(texels), len(wi)
     return Points(
         *(
             np.ascontiguousarray(part, np.float32)
             for part in (
-                np.repeat(uv, _PAIRS, 0),
-                np.full(_PLACES * _PAIRS, level),
-                np.tile(wi, (_PLACES, 1)),
-                np.tile(wo, (_PLACES, 1)),
+                np.repeat(uv, pairs, 0),
+                np.full(places * pairs, level),
+                np.tile(wi, (places, 1)),
+                np.tile(wo, (places, 1)),
             )
         )
     )

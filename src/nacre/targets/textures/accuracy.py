@@ -63,12 +63,18 @@ def factors_error(
     )
 
 
-def _error(latent: LatentMap, found: Decoder) -> float:
+def compared_at(latent: LatentMap) -> tuple[Indices, Floats, Floats]:
+    """Where errors are taken: texels of a map, and cosine-distributed lights and views (n, 3)."""
     random = np.random.default_rng(0)
     u = random.random((4, _PAIRS))
     light, view = (join(cosine_hemisphere(*part)).astype(np.float32) for part in (u[:2], u[2:]))
+    height, width, _ = latent.codes.shape
+    return np.sort(random.permutation(height * width)[:_TEXELS]), light, view
+
+
+def _error(latent: LatentMap, found: Decoder) -> float:
+    chosen, light, view = compared_at(latent)
     codes = latent.codes.reshape(-1, latent.codes.shape[2])
-    chosen = np.sort(random.permutation(len(codes))[:_TEXELS])
     decode = on_all_cores(latent.codec, latent.codec.decoder(light, view))
     expected = decode(codes[chosen].astype(np.float32))
     factors = join(join_components(*found(chosen, light, view)))
