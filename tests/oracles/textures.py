@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,20 +18,29 @@ from tests.oracles.pairs import pairs
 LUMAS, CHROMAS = 96, 16
 
 
-def read_ktx2(content: bytes) -> npt.NDArray[np.float16]:
-    """Pixels of the one level of a KTX 2.0 file of half floats: (layers, height, width, channels),
-    without layers where it is a picture.
+def read_ktx2(content: bytes) -> npt.NDArray[Any]:
+    """Pixels of the first level of a KTX 2.0 file of half floats or bytes: (layers, height, width,
+    channels), without layers where it is a picture.
     """
+    return read_levels(content)[0]
+
+
+def read_levels(content: bytes) -> list[npt.NDArray[Any]]:
+    """Pixels of all levels; see :func:`read_ktx2`."""
     kind, size, width, height, depth, layers, faces, levels, packing = struct.unpack_from(
         "<9I", content, 12
     )
-    channels = {76: 1, 97: 4}[kind]
-    if (size, depth, faces, levels, packing) != (2, 0, 1, 1, 0):
-        raise ValueError("a file of one level of half floats is expected")
-    start, count, _ = struct.unpack_from("<3Q", content, 80)
-    shape = (layers, height, width, channels) if layers else (height, width, channels)
-    pixels = np.frombuffer(content, "<f2", count // 2, start).reshape(shape)
-    return pixels
+    channels, dtype = {37: (4, "u1"), 76: (1, "<f2"), 97: (4, "<f2")}[kind]
+    if (size, depth, faces, packing) != (np.dtype(dtype).itemsize, 0, 1, 0):
+        raise ValueError("a file of half floats or bytes is expected")
+    found = []
+    for level in range(levels):
+        start, count, whole = struct.unpack_from("<3Q", content, 80 + 24 * level)
+        assert count == whole
+        shape = (max(height >> level, 1), max(width >> level, 1), channels)
+        pixels = np.frombuffer(content, dtype, count // size, start)
+        found.append(pixels.reshape((layers, *shape) if layers else shape))
+    return found
 
 
 @dataclass(frozen=True)
@@ -84,7 +94,7 @@ class TextureTruth:
     def evaluate(self, points: Points) -> Floats:
         """f_r in 1/sr, shape (n, 3)."""
         wi, wo = points.wi.astype(np.float64), points.wo.astype(np.float64)
-        functions = self._between_nodes(wi, wo)
+        functions = between_nodes(self._functions, wi, wo)
         level = np.clip(points.level.astype(np.float64), 0.0, self.levels - 1)
         fine = np.floor(level).astype(int)
         coarse = np.minimum(fine + 1, self.levels - 1)
@@ -130,26 +140,6 @@ class TextureTruth:
         met: Floats = uv + along * (level + step * back)[:, None]
         return met
 
-    def _between_nodes(self, wi: Floats, wo: Floats) -> Floats:
-        size = self.resolution
-        light, view = (_place(w) * (size - 1) for w in (wi, wo))
-        low = [np.minimum(np.floor(p), size - 2).astype(int) for p in (light, view)]
-        after = [p - q for p, q in zip((light, view), low, strict=True)]
-        total = np.zeros((len(wi), self._functions.shape[2]))
-        for corner in np.ndindex(2, 2, 2, 2):
-            (lx, vx), (ly, vy) = (
-                (low[0][:, axis] + corner[axis], low[1][:, axis] + corner[axis + 2])
-                for axis in (0, 1)
-            )
-            steps = [
-                np.where(corner[2 * k + axis], after[k][:, axis], 1.0 - after[k][:, axis])
-                for k in (0, 1)
-                for axis in (0, 1)
-            ]
-            values = self._functions[ly * size + vy, lx * size + vx]
-            total += np.prod(steps, axis=0)[:, None] * values
-        return total
-
     def _level(self, uv: Floats, level: npt.NDArray[np.intp], functions: Floats) -> Floats:
         """Reflectance factors between the texels of a level."""
         factor = np.zeros((len(uv), 3))
@@ -171,10 +161,71 @@ class TextureTruth:
         return self._height - (self._height >> (level - 1)), self._width
 
 
+class FilteredTruth:
+    """A texture exported in few bytes per texel, whose codes are mixed before decoding.
+
+    Pixels 0 to 1 of the k-th texture stand for `low[k]` + `span[k]` times them, shape (4,) each.
+    """
+
+    def __init__(self, files: Mapping[str, bytes], name: str, low: Floats, span: Floats) -> None:
+        self._maps = [
+            [
+                pixels / 255.0 * span[k] + low[k]
+                for pixels in read_levels(files[f"{name}_weights{k}.ktx2"])
+            ]
+            for k in range(len(low))
+        ]
+        self._functions = _numbers(read_ktx2(files[f"{name}_functions.ktx2"]))
+
+    def evaluate(self, points: Points) -> Floats:
+        """f_r in 1/sr, shape (n, 3)."""
+        wi, wo = points.wi.astype(np.float64), points.wo.astype(np.float64)
+        functions = between_nodes(self._functions, wi, wo).reshape(len(wi), -1, 4)
+        roots = functions[:, 0, :3].copy()
+        for k, levels in enumerate(self._maps):
+            numbers = trilinear(levels, points.uv.astype(np.float64), points.level)
+            for color in range(3):
+                roots[:, color] += (numbers * functions[:, 1 + 3 * k + color]).sum(1)
+        visible = (wi[:, 2] > 0.0) & (wo[:, 2] > 0.0)
+        factors = _colored(*roots.T)
+        return np.where(visible[:, None], factors, 0.0) / np.pi
+
+
+def trilinear(levels: Sequence[Floats], uv: Floats, level: Floats) -> Floats:
+    """Between pixels of two levels, shape (n, channels)."""
+    level = np.clip(level.astype(np.float64), 0.0, len(levels) - 1)
+    found = np.zeros((len(uv), levels[0].shape[2]))
+    for k, pixels in enumerate(levels):
+        share = np.maximum(1.0 - np.abs(level - k), 0.0)
+        found += share[:, None] * bilinear(pixels, uv)
+    return found
+
+
 def _numbers(pixels: npt.NDArray[np.float16]) -> Floats:
     """Of pixels of layers, (layers, rows, columns, 4), all numbers: (rows, columns, 4 layers)."""
     layers, rows, columns, four = pixels.shape
     return pixels.transpose(1, 2, 0, 3).reshape(rows, columns, layers * four).astype(np.float64)
+
+
+def between_nodes(functions: Floats, wi: Floats, wo: Floats) -> Floats:
+    """Functions (R^2, R^2, numbers) of tiles of views at pairs of directions, (n, numbers)."""
+    size = round(len(functions) ** 0.5)
+    light, view = (_place(w) * (size - 1) for w in (wi, wo))
+    low = [np.minimum(np.floor(p), size - 2).astype(int) for p in (light, view)]
+    after = [p - q for p, q in zip((light, view), low, strict=True)]
+    total = np.zeros((len(wi), functions.shape[2]))
+    for corner in np.ndindex(2, 2, 2, 2):
+        (lx, vx), (ly, vy) = (
+            (low[0][:, axis] + corner[axis], low[1][:, axis] + corner[axis + 2]) for axis in (0, 1)
+        )
+        steps = [
+            np.where(corner[2 * k + axis], after[k][:, axis], 1.0 - after[k][:, axis])
+            for k in (0, 1)
+            for axis in (0, 1)
+        ]
+        values = functions[ly * size + vy, lx * size + vx]
+        total += np.prod(steps, axis=0)[:, None] * values
+    return total
 
 
 def _place(w: Floats) -> Floats:
@@ -199,10 +250,14 @@ def bilinear(pixels: Floats, uv: Floats) -> Floats:
 
 
 def _joined(weights: Floats, functions: Floats) -> Floats:
-    """Reflectance factors of roots, as luma and two differences of colors."""
+    """Reflectance factors from weights and functions of luma and of pairs of colors."""
     luma = (weights[:, :LUMAS] * functions[:, :LUMAS]).sum(1)
     pair = weights[:, LUMAS:].reshape(-1, 2, CHROMAS) * functions[:, None, LUMAS:]
-    first, second = pair.sum(2).T
+    return _colored(luma, *pair.sum(2).T)
+
+
+def _colored(luma: Floats, first: Floats, second: Floats) -> Floats:
+    """Reflectance factors of roots, as luma and two differences of colors."""
     gray = np.maximum(luma / np.sqrt(3.0), 0.0)
     red_green, rest = first / np.sqrt(2.0), second / np.sqrt(6.0)
     color = np.stack([rest + red_green, rest - red_green, -2.0 * rest], axis=1)

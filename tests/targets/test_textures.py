@@ -15,7 +15,8 @@ from nacre.errors import NacreError
 from nacre.geometry import cosine_hemisphere, join, split
 from nacre.targets.textures import TextureAtlas
 from nacre.targets.textures.accuracy import mean_squared_error
-from nacre.targets.textures.atlas import LARGEST, atlas_shape, level_origin
+from nacre.targets.textures.atlas import atlas_shape, level_origin
+from nacre.targets.textures.shader_texture import LARGEST
 from nacre.textures.latent_file import save_latent_map
 from nacre.textures.latent_map import LatentMap, NeuralBtf
 from nacre.textures.mipmap import level_shapes

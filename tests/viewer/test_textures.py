@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import nacre
 from nacre.array import Floats
 from nacre.btf import TableBtf
 from nacre.errors import NacreError
@@ -19,6 +20,7 @@ from nacre.targets.textures import TextureAtlas
 from nacre.targets.textures.accuracy import mean_squared_error
 from nacre.textures.codecs.codec import on_all_cores
 from nacre.textures.latent_map import LatentMap, NeuralBtf
+from nacre.textures.limit import Rate, limited
 from nacre.textures.mipmap import filtered_reflectance, level_shapes
 from nacre.viewer.content import Content, Entry
 from nacre.viewer.cosines import Cosines, differences
@@ -279,6 +281,19 @@ def test_what_no_page_holds_is_refused() -> None:
     wide = LatentMap(np.repeat(latent.codes[:1, :1], LARGEST + 1, 1), latent.codec, wi, wi, "wide")
     with pytest.raises(NacreError, match="wide: 2049 x 1 texels"):
         PageTexture.of(NeuralBtf(wide))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("bytes_per_texel", [None, 8.0])
+def test_a_page_of_three_textures_has_less_than_3_megabytes(bytes_per_texel: float | None) -> None:
+    held = Content([studio()])
+    for name in ("leather", "tweed", "wood"):
+        texture = nacre.load(f"captured:{name}")
+        assert (texture.width, texture.height) == (128, 128)
+        if bytes_per_texel is not None:
+            texture = NeuralBtf(limited(texture.latent, Rate(bytes_per_texel)))
+        held.add_texture(texture)
+    assert len(held.page("Textures")) < 3_000_000
 
 
 @pytest.mark.slow

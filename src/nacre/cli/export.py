@@ -12,6 +12,7 @@ from nacre.cli.command import command as make
 from nacre.cli.display import Line
 from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
+from nacre.cli.ranges import IntRange
 from nacre.cli.report import keyed, print_facts, print_json, print_table, progress, report
 from nacre.errors import NacreError, did_you_mean
 from nacre.io.names import stem
@@ -31,6 +32,8 @@ from nacre.io.names import stem
     options.height_field_option(),
     "Gray image for parallax of an encoded texture; see nacre render.",
     options.depth_option(),
+    option("--bytes-per-texel", IntRange(4, 32), metavar="B"),
+    "Size of an encoded texture's texels, a multiple of 4; written as 8-bit textures.",
     reads=True,
 )
 def command(
@@ -41,6 +44,7 @@ def command(
     basis_name: str,
     height_field: Path | None,
     depth: float | None,
+    bytes_per_texel: int | None,
     terms: str | None,
     listing: bool,
 ) -> None:
@@ -72,11 +76,21 @@ def command(
     prefix = name or stem(source)
     facts: dict[str, Any] = {}
     if target in PLACES:
+        if bytes_per_texel is not None:
+            raise click.UsageError(f"--bytes-per-texel: {target} takes no textures")
         paths, facts = _to_place(loaded, target, output or "", prefix, line)
     else:
         heights = HeightField.read(height_field, depth) if height_field is not None else None
         line("writing", 0, 1)
-        paths = export(loaded, target, output or "", name=prefix, heights=heights, progress=line)
+        paths = export(
+            loaded,
+            target,
+            output or "",
+            name=prefix,
+            heights=heights,
+            bytes_per_texel=bytes_per_texel,
+            progress=line,
+        )
     line.end()
     files = [{"output": str(path), "size_bytes": path.stat().st_size} for path in paths]
     report(

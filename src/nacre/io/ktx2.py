@@ -1,4 +1,6 @@
-"""Textures of half floats in KTX 2.0 files (Khronos, "KTX File Format Specification", 2.0.4)."""
+"""Textures of half floats or bytes in KTX 2.0 files (Khronos, "KTX File Format Specification",
+2.0.4).
+"""
 
 from __future__ import annotations
 
@@ -7,8 +9,14 @@ import struct
 import numpy as np
 import numpy.typing as npt
 
+Pixels = npt.NDArray[np.float16] | npt.NDArray[np.uint8]
+
 IDENTIFIER = b"\xabKTX 20\xbb\r\n\x1a\n"
-_VK_FORMATS = {1: 76, 4: 97}  # VK_FORMAT_R16_SFLOAT, VK_FORMAT_R16G16B16A16_SFLOAT
+_VK_FORMATS = {
+    (2, 1): 76,  # VK_FORMAT_R16_SFLOAT
+    (2, 4): 97,  # VK_FORMAT_R16G16B16A16_SFLOAT
+    (1, 4): 37,  # VK_FORMAT_R8G8B8A8_UNORM
+}
 _CHANNELS = 0, 1, 2, 15  # red, green, blue, alpha of the color model RGBSDA
 _SIGNED_FLOAT = 0xC0
 _PLUS_ONE, _MINUS_ONE = struct.unpack("<2I", struct.pack("<2f", 1.0, -1.0))
@@ -16,36 +24,44 @@ _START = 80  # of the index of levels
 _ENTRIES = {"KTXorientation": "rd", "KTXwriter": "nacre"}
 
 
-def ktx2(pixels: npt.NDArray[np.float16]) -> bytes:
-    """The content of a file with one level, uncompressed, first row at the top.
+def ktx2(*levels: Pixels) -> bytes:
+    """The content of a file, uncompressed, first row at the top.
 
-    Pixels are float16 numbers, not colors, with 1 or 4 channels: a picture, shape (height, width,
-    channels), or a texture array, shape (layers, height, width, channels).
+    Levels are those of a picture, shape (height, width, channels), or of a texture array, shape
+    (layers, height, width, channels), from the largest on. Pixels are numbers, not colors: float16
+    with 1 or 4 channels, or uint8 with 4, which stand for 0 to 1.
     """
-    *layers, height, width, channels = pixels.shape
-    data = np.ascontiguousarray(pixels, "<f2").tobytes()
-    descriptor = _descriptor(channels)
+    *layers, height, width, channels = levels[0].shape
+    size = levels[0].itemsize
+    data = [np.ascontiguousarray(level, f"<{level.dtype.str[1:]}").tobytes() for level in levels]
+    descriptor = _descriptor(channels, size)
     entries = b"".join(_entry(key, value) for key, value in _ENTRIES.items())
-    descriptor_at = _START + 24
+    descriptor_at = _START + 24 * len(levels)
     entries_at = descriptor_at + len(descriptor)
     end = entries_at + len(entries)
     start = -(-end // 8) * 8  # a multiple of 4 and of the bytes of a pixel
-    shape = width, height, 0, *(layers or (0,)), 1, 1
-    header = struct.pack("<9I", _VK_FORMATS[channels], 2, *shape, 0)
+    shape = width, height, 0, *(layers or (0,)), 1, len(levels)
+    header = struct.pack("<9I", _VK_FORMATS[size, channels], size, *shape, 0)
     header += struct.pack("<4I2Q", descriptor_at, len(descriptor), entries_at, len(entries), 0, 0)
-    header += struct.pack("<3Q", start, len(data), len(data))
-    return b"".join([IDENTIFIER, header, descriptor, entries, bytes(start - end), data])
+    index = b""
+    at = start + sum(map(len, data))
+    for level in data:  # the index begins with the largest, the data with the smallest
+        at -= len(level)
+        index += struct.pack("<3Q", at, len(level), len(level))
+    content = [IDENTIFIER, header, index, descriptor, entries, bytes(start - end)]
+    return b"".join(content + data[::-1])
 
 
-def _descriptor(channels: int) -> bytes:
+def _descriptor(channels: int, size: int) -> bytes:
     """What a pixel is made of (Khronos Data Format Specification 1.3, basic descriptor block)."""
-    size = 24 + 16 * channels
-    block = struct.pack("<I2H", 0, 2, size)
-    block += bytes([1, 0, 1, 0, 0, 0, 0, 0, 2 * channels, *bytes(7)])
+    total = 24 + 16 * channels
+    kind, least, most = (_SIGNED_FLOAT, _MINUS_ONE, _PLUS_ONE) if size == 2 else (0, 0, 255)
+    block = struct.pack("<I2H", 0, 2, total)
+    block += bytes([1, 0, 1, 0, 0, 0, 0, 0, size * channels, *bytes(7)])
     for index, channel in enumerate(_CHANNELS[:channels]):
-        block += struct.pack("<H2B", 16 * index, 15, _SIGNED_FLOAT | channel)
-        block += struct.pack("<3I", 0, _MINUS_ONE, _PLUS_ONE)
-    return struct.pack("<I", size + 4) + block
+        block += struct.pack("<H2B", 8 * size * index, 8 * size - 1, kind | channel)
+        block += struct.pack("<3I", 0, least, most)
+    return struct.pack("<I", total + 4) + block
 
 
 def _entry(key: str, value: str) -> bytes:

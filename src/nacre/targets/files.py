@@ -23,6 +23,7 @@ def export(
     *,
     name: str = "",
     heights: HeightField | None = None,
+    bytes_per_texel: int | None = None,
     progress: Progress | None = None,
 ) -> list[Path]:
     """Write a material as code or data for another tool; returns the files.
@@ -39,6 +40,9 @@ def export(
         material's name.
     heights
         For parallax on an encoded texture.
+    bytes_per_texel
+        Of an encoded texture, one of :data:`nacre.targets.textures.filtered.SIZES`: its textures
+        are then bytes that graphics cards filter.
     progress
         Called while a model is fitted, for targets that hold only that model.
 
@@ -47,7 +51,14 @@ def export(
     NacreError
         If there is no such target, it cannot hold the material, or a file cannot be written.
     """
-    found = contents(material, target, name=name, heights=heights, progress=progress)
+    found = contents(
+        material,
+        target,
+        name=name,
+        heights=heights,
+        bytes_per_texel=bytes_per_texel,
+        progress=progress,
+    )
     return write_files(found, output)
 
 
@@ -57,6 +68,7 @@ def contents(
     *,
     name: str = "",
     heights: HeightField | None = None,
+    bytes_per_texel: int | None = None,
     progress: Progress | None = None,
 ) -> Mapping[str, bytes]:
     """What :func:`export` writes, by the names of the files.
@@ -65,7 +77,7 @@ def contents(
     """
     named = identifier(name or material.name)
     try:
-        chosen = _target(target, heights)
+        chosen = _target(target, heights, bytes_per_texel)
         if isinstance(material, Brdf):
             material = chosen.held(chosen.reflectance(material), progress)
         return chosen.files(material, named)
@@ -73,13 +85,15 @@ def contents(
         raise NacreError(f"{target}: {error}") from error
 
 
-def _target(name: str, heights: HeightField | None) -> Target:
+def _target(name: str, heights: HeightField | None, bytes_per_texel: int | None) -> Target:
     kind = TARGETS.find(name)
-    if heights is None:
+    given = {"height field": heights, "bytes per texel": bytes_per_texel}
+    asked = [what for what, value in given.items() if value is not None]
+    if not asked:
         return kind()
     if not issubclass(kind, TextureTarget):
-        raise NacreError("takes no height field, and no textures")
-    return kind(heights)
+        raise NacreError(f"takes no {asked[0]}, and no textures")
+    return kind(heights, bytes_per_texel)
 
 
 def write_files(contents: Mapping[str, bytes], output: PathLike) -> list[Path]:

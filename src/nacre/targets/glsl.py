@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from nacre.io.ktx2 import Pixels
 from nacre.targets.circular import CIRCULAR
 from nacre.targets.source import Language
-from nacre.targets.textures.atlas import Halves
 from nacre.targets.textures.source import Dialect, TextureSourceTarget
 
 
@@ -26,7 +26,7 @@ def _types(count: int, kind: str) -> str:
     return f"{'i' if kind == 'i' else ''}vec{count}"
 
 
-def _textures(name: str, arrays: Mapping[str, Halves]) -> list[str]:
+def _textures(name: str, arrays: Mapping[str, Pixels]) -> list[str]:
     lines = ["#ifdef GL_ES", "precision highp int;", "#endif"]
     for each, pixels in arrays.items():
         kind = "sampler2DArray" if pixels.ndim == 4 else "sampler2D"
@@ -41,7 +41,7 @@ class Glsl(TextureSourceTarget):
         _types,
         fetch="texelFetch({texture}, ivec3(at, layer), 0)",
         array="textureLod({texture}, vec3(at, float(layer)), 0.0)",
-        picture="textureLod({texture}, at, 0.0)",
+        picture="textureLod({texture}, at, {level})",
         textures=_textures,
         functions={"fract": "fract", "mix": "mix"},
     )

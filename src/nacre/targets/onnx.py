@@ -16,6 +16,7 @@ from nacre.targets.program import program
 from nacre.targets.target import TABLES, TEXTURES, WIDE
 from nacre.targets.textures.atlas import TextureAtlas
 from nacre.targets.textures.onnx import texture_models
+from nacre.targets.textures.shader_texture import ShaderTexture
 from nacre.targets.textures.target import TextureTarget
 
 
@@ -32,7 +33,9 @@ class Onnx(TextureTarget):
             found[f"{name}_{each}.onnx"] = graph.model(brdf, f"{name}_{each}", inputs, outputs)
         return found
 
-    def texture_files(self, texture: Btf, atlas: TextureAtlas, name: str) -> Mapping[str, bytes]:
+    def texture_files(self, texture: Btf, atlas: ShaderTexture, name: str) -> Mapping[str, bytes]:
         if self.heights is not None:
             raise NacreError("has no parallax; glsl, wgsl, slang and three have")
+        if not isinstance(atlas, TextureAtlas):
+            raise NacreError("takes no bytes per texel; glsl, wgsl, slang and three do")
         return texture_models(texture, atlas, name)

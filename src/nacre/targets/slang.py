@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from nacre.brdf import Brdf
+from nacre.io.ktx2 import Pixels
 from nacre.targets.circular import CIRCULAR
 from nacre.targets.source import Language
-from nacre.targets.textures.atlas import Halves
 from nacre.targets.textures.source import Dialect, TextureSourceTarget
 
 _METHODS = """
@@ -66,7 +66,7 @@ def _types(count: int, kind: str) -> str:
     return f"{name}{count}" if count > 1 else name
 
 
-def _textures(name: str, arrays: Mapping[str, Halves]) -> list[str]:
+def _textures(name: str, arrays: Mapping[str, Pixels]) -> list[str]:
     lines = [f"public SamplerState {name}_sampler;"]
     for each, pixels in arrays.items():
         kind = "Texture2DArray" if pixels.ndim == 4 else "Texture2D"
@@ -82,7 +82,7 @@ class Slang(TextureSourceTarget):
         _types,
         fetch="{texture}.Load(int4(at, layer, 0))",
         array="{texture}.SampleLevel({name}_sampler, float3(at, float(layer)), 0.0)",
-        picture="{texture}.SampleLevel({name}_sampler, at, 0.0)",
+        picture="{texture}.SampleLevel({name}_sampler, at, {level})",
         textures=_textures,
         functions={"fract": "frac", "mix": "lerp"},
     )

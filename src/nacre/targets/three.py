@@ -11,7 +11,7 @@ from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.targets.glsl import Glsl
 from nacre.targets.text import preamble
-from nacre.targets.textures.atlas import TextureAtlas
+from nacre.targets.textures.shader_texture import ShaderTexture
 from nacre.targets.textures.source import texture_facts
 from nacre.targets.textures.target import TextureTarget
 from nacre.targets.three_textures import texture_values
@@ -38,7 +38,7 @@ class Three(TextureTarget):
         }
         return {f"{name}.js": _module(name, values)}
 
-    def texture_files(self, texture: Btf, atlas: TextureAtlas, name: str) -> Mapping[str, bytes]:
+    def texture_files(self, texture: Btf, atlas: ShaderTexture, name: str) -> Mapping[str, bytes]:
         head = _comments([*preamble(texture), *texture_facts(texture, atlas, name)])
         module = _module(name, {**texture_values(atlas, name), "PREAMBLE": head})
         return {f"{name}.js": module, **atlas.files(name)}

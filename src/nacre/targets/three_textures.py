@@ -11,7 +11,7 @@ from dataclasses import replace
 from importlib import resources
 
 from nacre.targets.glsl import Glsl
-from nacre.targets.textures.atlas import TextureAtlas
+from nacre.targets.textures.shader_texture import ShaderTexture
 from nacre.targets.textures.source import texture_source
 from nacre.targets.wgsl import Wgsl
 
@@ -64,16 +64,16 @@ _NODES = replace(  # three.js declares textures, and a sampler for each
 )
 
 
-def texture_values(atlas: TextureAtlas, name: str) -> dict[str, str]:
+def texture_values(atlas: ShaderTexture, name: str) -> dict[str, str]:
     """The template values for a texture, by the names of their places."""
     inner = f"{name}_at"
     place = f"{inner}_parallax(place, wo)" if atlas.heights else "place"
     arrays = {
         f"{inner}_{each}": {
             "file": f"{name}_{each}.ktx2",
-            "layers": len(pixels) if pixels.ndim == 4 else 0,
+            "layers": len(levels[0]) if levels[0].ndim == 4 else 0,
         }
-        for each, pixels in atlas.textures().items()
+        for each, levels in atlas.textures().items()
     }
 
     def adapted(text: str) -> str:

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from nacre.compile.trace import FLOAT, INDEX, MASK
+from nacre.io.ktx2 import Pixels
 from nacre.targets.circular import CIRCULAR
 from nacre.targets.source import Language
-from nacre.targets.textures.atlas import Halves
 from nacre.targets.textures.source import Dialect, TextureSourceTarget
 
 
@@ -42,7 +42,7 @@ def _types(count: int, kind: str) -> str:
     return f"vec{count}{kind}"
 
 
-def _textures(name: str, arrays: Mapping[str, Halves]) -> list[str]:
+def _textures(name: str, arrays: Mapping[str, Pixels]) -> list[str]:
     kinds = [f"{name}_sampler: sampler"]
     for each, pixels in arrays.items():
         kinds.append(f"{name}_{each}: texture_2d{'_array' if pixels.ndim == 4 else ''}<f32>")
@@ -57,7 +57,7 @@ class Wgsl(TextureSourceTarget):
         _types,
         fetch="textureLoad({texture}, at, layer, 0)",
         array="textureSampleLevel({texture}, {name}_sampler, at, layer, 0.0)",
-        picture="textureSampleLevel({texture}, {name}_sampler, at, 0.0)",
+        picture="textureSampleLevel({texture}, {name}_sampler, at, {level})",
         textures=_textures,
         functions={"fract": "fract", "mix": "mix"},
         let="let",

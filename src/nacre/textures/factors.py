@@ -10,7 +10,9 @@ of a hit no longer depends on it.
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,9 +62,9 @@ def factor(
     height, width, _ = latent.codes.shape
     codes = latent.codes.reshape(height * width, -1).astype(np.float32)
     random = np.random.default_rng(0)
-    decode = on_all_cores(latent.codec, latent.codec.decoder(*_comparison(random)))
+    decode = on_all_cores(latent.codec, latent.codec.decoder(*comparison(random)))
     chosen = np.sort(random.permutation(len(codes))[:_TEXELS])
-    luma, chroma = _split(decode(codes[chosen]))
+    luma, chroma = split_roots(decode(codes[chosen]))
     seen = luma, chroma.reshape(-1, _PAIRS)
     spaces = leading_directions(lambda: [seen], 2, _PAIRS, max(LUMAS, CHROMAS), seed=0)
     # Functions have a mean square of 1 over the pairs.
@@ -72,7 +74,7 @@ def factor(
     )
 
     def weighed(values: Floats) -> Floats:
-        luma, chroma = _split(values)
+        luma, chroma = split_roots(values)
         return np.concatenate([luma @ luma_space, *(chroma @ chroma_space)], axis=1)
 
     shapes = level_shapes(height, width)[:levels]
@@ -82,22 +84,29 @@ def factor(
     weights = np.concatenate([one.reshape(-1, one.shape[2]) for one in maps])
 
     several = random.permutation(len(codes))[:_DECODED]
-    luma_solve = _least_squares(weights[several, :LUMAS])
+    luma_solve = least_squares(weights[several, :LUMAS])
     chroma_weights = weights[several, LUMAS:].reshape(-1, 2, CHROMAS).swapaxes(0, 1)
-    chroma_solve = _least_squares(chroma_weights.reshape(-1, CHROMAS))
+    chroma_solve = least_squares(chroma_weights.reshape(-1, CHROMAS))
+    functions = np.empty((resolution**4, LUMAS + CHROMAS), np.float32)
+    for nodes, values in decoded_at_nodes(latent, codes[several], resolution, progress):
+        luma, chroma = split_roots(values)
+        functions[nodes, :LUMAS] = (luma_solve @ luma).T
+        functions[nodes, LUMAS:] = (chroma_solve @ chroma.reshape(-1, chroma.shape[2])).T
+    return Factors(weights, functions, resolution)
+
+
+def decoded_at_nodes(
+    latent: LatentMap, codes: Floats, resolution: int, progress: Progress = silent
+) -> Iterator[tuple[slice, Floats]]:
+    """What codes (t, n) decode to at runs of nodes: the nodes, and factors (t, run, 3)."""
     side = node_directions(resolution)
-    functions = np.empty((len(side) ** 2, LUMAS + CHROMAS), np.float32)
     step = max(1, _BLOCK // len(side))
     for start in range(0, len(side), step):
         lights = side[start : start + step]
         nodes = slice(start * len(side), (start + len(lights)) * len(side))
         wi, wo = np.repeat(lights, len(side), 0), np.tile(side, (len(lights), 1))
-        decode_nodes = on_all_cores(latent.codec, latent.codec.decoder(wi, wo))
-        luma, chroma = _split(decode_nodes(codes[several]))
-        functions[nodes, :LUMAS] = (luma_solve @ luma).T
-        functions[nodes, LUMAS:] = (chroma_solve @ chroma.reshape(-1, chroma.shape[2])).T
-        progress("functions", nodes.stop, len(functions), "")
-    return Factors(weights, functions, resolution)
+        yield nodes, on_all_cores(latent.codec, latent.codec.decoder(wi, wo))(codes)
+        progress("functions", nodes.stop, len(side) ** 2, "")
 
 
 def node_directions(resolution: int) -> Floats:
@@ -128,11 +137,22 @@ def grid_place(w: Components, resolution: int) -> tuple[Array, Array]:
     return x, y
 
 
-def _split(values: Floats) -> tuple[Floats, Floats]:
+def roots(weights: Floats, functions: Floats, lumas: int) -> Components:
+    """Luma and the pair of colors, shape (t, n) each, from weights of texels (t, lumas + 2 chromas)
+    and functions at pairs of directions (n, lumas + chromas).
+    """
+    luma, chroma = functions[:, :lumas].T, functions[:, lumas:].T
+    ends = lumas, lumas + len(chroma), lumas + 2 * len(chroma)
+    first, second = (weights[:, start:end] @ chroma for start, end in itertools.pairwise(ends))
+    return weights[:, :lumas] @ luma, first, second
+
+
+def split_roots(values: Floats) -> tuple[Floats, Floats]:
+    """Luma (t, n) and pairs of colors (2, t, n) of roots, from reflectance factors (t, n, 3)."""
     return split_reflectance(values, np.zeros(values.shape[1], np.float32))
 
 
-def _comparison(random: np.random.Generator) -> tuple[Floats, Floats]:
+def comparison(random: np.random.Generator) -> tuple[Floats, Floats]:
     """Pairs of directions, as dense as the product of their cosines; a quarter near highlights."""
     u = random.random((4, _PAIRS))
     span = 1.0 - _LOWEST**2
@@ -145,7 +165,7 @@ def _comparison(random: np.random.Generator) -> tuple[Floats, Floats]:
     return light.astype(np.float32), join(wo).astype(np.float32)
 
 
-def _least_squares(weights: Floats) -> Floats:
+def least_squares(weights: Floats) -> Floats:
     """The matrix that turns values (t, n) of texels into functions, (k, t)."""
     wide = weights.astype(np.float64)
     normal = wide.T @ wide

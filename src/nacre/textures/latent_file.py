@@ -29,6 +29,7 @@ from nacre.io.tensors import (
 )
 from nacre.measured.textures.directions import PAIR_LIMIT, check_directions
 from nacre.measured.textures.domes import pairs
+from nacre.runtime.progress import Progress, silent
 from nacre.textures.alike import alike, same_codec
 from nacre.textures.codecs.codec import TexelCodec
 from nacre.textures.codecs.codec_file import PRETRAINED, load_codec, unpack_codec
@@ -238,10 +239,12 @@ def _load_material(path: Path) -> TexelBrdf:
         raise FormatError(f"{path}: {error}; nacre btf average turns it into one") from error
 
 
-def _save(texture: Btf, path: Path) -> None:
+def _save(texture: Btf, path: Path, progress: Progress = silent) -> None:
     if texture.latent is None:
         raise FormatError(f"{path}: holds encoded textures only; encode this one with nacre fit")
     save_latent_map(texture.latent, path)
+    texels = texture.texel_count
+    progress("texels", texels, texels, "")
 
 
 FORMAT = Format(

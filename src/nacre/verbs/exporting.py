@@ -84,6 +84,7 @@ def export(
     basis: PathLike = "neural",
     height_field: PathLike | None = None,
     depth: float | None = None,
+    bytes_per_texel: int | None = None,
     license: str = "",  # noqa: A002 - the command's option
     progress: Progress | None = None,
 ) -> Exported:
@@ -105,6 +106,8 @@ def export(
         Latent basis of a code; see :func:`nacre.latent.find_basis`.
     height_field, depth
         Gray image for parallax on an encoded texture, and its depth in widths of the texture.
+    bytes_per_texel
+        Of an encoded texture, 4, 8, 12 and so on to 32: it becomes RGBA8 textures with mipmaps.
     license
         Terms of use to put at the beginning of the output; those of the source by default.
     progress
@@ -139,10 +142,19 @@ def export(
     if not name and (path := path_of(material)) is not None:
         name = path.stem  # as the command does
     if to in PLACES:
+        if bytes_per_texel is not None:
+            raise NacreError(f"bytes per texel: {to} takes no textures")
         made = _to_place(found, to, name, height_field, progress)
     else:
         heights = _heights(height_field, depth)
-        files = contents(found, to, name=name, heights=heights, progress=progress)
+        files = contents(
+            found,
+            to,
+            name=name,
+            heights=heights,
+            bytes_per_texel=bytes_per_texel,
+            progress=progress,
+        )
         made = Exported(to, files)
     return made if output is None else replace(made, paths=made.save(output))
 

@@ -23,8 +23,8 @@ from nacre.runtime.progress import Progress, silent
 from nacre.targets.glsl import GlslLanguage
 from nacre.targets.program import Function
 from nacre.targets.textures.accuracy import factors_error
-from nacre.targets.textures.atlas import encoded
 from nacre.targets.textures.heights import HeightField
+from nacre.targets.textures.shader_texture import encoded
 from nacre.targets.textures.source import joined
 from nacre.textures.factors import CHROMAS as ALL_CHROMAS
 from nacre.textures.factors import LUMAS as ALL_LUMAS

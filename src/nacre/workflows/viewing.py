@@ -18,7 +18,7 @@ from nacre.mitsuba.environment import Environment
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.runtime.progress import Progress, silent
 from nacre.targets.textures import HeightField
-from nacre.targets.textures.atlas import encoded
+from nacre.targets.textures.shader_texture import encoded
 from nacre.viewer.content import Content, Entry, own_environments
 from nacre.viewer.space import add_space
 from nacre.workflows.sources import Source, files_below, gather

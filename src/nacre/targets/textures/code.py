@@ -1,4 +1,4 @@
-"""The functions that read an atlas, written once for all shading languages.
+"""The functions that read a texture, written once for all shading languages.
 
 In their bodies `@` stands for the name of the material and `_`, `$type` for a type or the keyword
 that declares a variable of that type, other `$name` for a number of the material. Comments between
@@ -29,13 +29,25 @@ def _functions(text: str) -> tuple[Code, ...]:
     )
 
 
-READING = _functions("""
+LEVEL = _functions("""
 // The level of a pixel, from differences of texture coordinates to its neighbors.
 float level(vec2 along, vec2 across) {
     $let_vec2 size = $vec2($width, $height);
     return log2(max(max(length(along * size), length(across * size)), 1.0));
 }
 
+// Functions of a layer: the sampler interpolates between views, this between lights.
+vec4 functions_at(vec2 tile, vec2 between, int layer) {
+    $let_vec4 upper = $mix(@tile_at(tile, layer),
+        @tile_at(tile + $vec2($tile, 0.0), layer), between.x);
+    $let_vec4 lower = $mix(@tile_at(tile + $vec2(0.0, $tile), layer),
+        @tile_at(tile + $vec2($tile, $tile), layer), between.x);
+    return $mix(upper, lower, between.y);
+}
+""")
+"""The level, and the functions at a pair of directions."""
+
+ATLAS = _functions("""
 ivec2 size(int level) {
     return $ivec2(max($width_i >> $uint(level), 1), max($height_i >> $uint(level), 1));
 }
@@ -74,15 +86,6 @@ vec4 products(ivec4 corners, int layer, vec4 functions) {
         dot(@weights_at(corners.yz, layer), functions),
         dot(@weights_at(corners.xw, layer), functions),
         dot(@weights_at(corners.yw, layer), functions));
-}
-
-// Functions of a layer: the sampler interpolates between views, this between lights.
-vec4 functions_at(vec2 tile, vec2 between, int layer) {
-    $let_vec4 upper = $mix(@tile_at(tile, layer),
-        @tile_at(tile + $vec2($tile, 0.0), layer), between.x);
-    $let_vec4 lower = $mix(@tile_at(tile + $vec2(0.0, $tile), layer),
-        @tile_at(tile + $vec2($tile, $tile), layer), between.x);
-    return $mix(upper, lower, between.y);
 }
 
 // Mean reflectance of four texels: functions give its roots, so that texels are mixed last.
@@ -139,7 +142,34 @@ vec3 eval(vec2 uv, float level, vec3 wi, vec3 wo) {
     }
     return factor * $inverse_pi;
 }
+""")
+"""Reflectance from an atlas; texels are mixed after decoding."""
 
+FILTERED = _functions("""
+// Luma and both colors: sums of four numbers times functions.
+vec3 sums(vec4 numbers, vec2 tile, vec2 between, int layer) {
+    return $vec3(
+        dot(numbers, @functions_at(tile, between, layer)),
+        dot(numbers, @functions_at(tile, between, layer + 1)),
+        dot(numbers, @functions_at(tile, between, layer + 2)));
+}
+
+vec3 eval(vec2 uv, float level, vec3 wi, vec3 wo) {
+    if (wi.z <= 0.0 || wo.z <= 0.0) {
+        return $vec3(0.0);
+    }
+    $let_vec2 light = @place(wi);
+    $let_vec2 low = min(floor(light), $vec2($most - 1.0));
+    $let_vec2 between = light - low;
+    $let_vec2 tile = (low * $resolution + @place(wo) + 0.5) * $pixel;
+    $var_vec3 roots = @functions_at(tile, between, 0).xyz;
+$sums
+    return @joined(roots) * $inverse_pi;
+}
+""")
+"""Reflectance from numbers that the sampler filters between texels and levels."""
+
+LOBES = _functions("""
 float pdf(vec2 uv, vec3 wi, vec3 wo) {
     return @lobe_pdf(@lobe_at(uv), wi, wo);
 }
@@ -148,7 +178,6 @@ vec4 sample(vec2 uv, vec3 wo, vec3 u) {
     return @lobe_sample(@lobe_at(uv), wo, u);
 }
 """)
-"""All functions of every atlas, in the order in which they use each other."""
 
 (PARALLAX,) = _functions("""
 // Where the ray that would hit the plane hits the field (see mitsuba/textures/relief.py).

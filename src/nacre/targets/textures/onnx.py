@@ -18,7 +18,8 @@ from nacre.btf import Btf
 from nacre.targets.onnx_graph import Graph
 from nacre.targets.program import Function
 from nacre.targets.textures.accuracy import error_lines
-from nacre.targets.textures.atlas import Halves, TextureAtlas
+from nacre.targets.textures.atlas import TextureAtlas
+from nacre.targets.textures.shader_texture import Halves
 from nacre.targets.textures.source import density, drawn, joined
 from nacre.textures.factors import CHROMAS, LUMAS, grid_place
 from nacre.textures.mipmap import level_shapes

@@ -8,16 +8,19 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from nacre.array import Array, Components
+from nacre.array import Array, Components, Floats
 from nacre.brdf import Brdf, pdf_formula, sample_formula
 from nacre.btf import Btf
+from nacre.io.ktx2 import Pixels
 from nacre.sampling.tilted import TiltedMixture
 from nacre.targets.program import Function
 from nacre.targets.source import Language, SourceTarget
 from nacre.targets.text import preamble
 from nacre.targets.textures.accuracy import error_lines
-from nacre.targets.textures.atlas import CHROMA_LAYERS, LUMA_LAYERS, Halves, TextureAtlas
-from nacre.targets.textures.code import PARALLAX, READING, Code
+from nacre.targets.textures.atlas import CHROMA_LAYERS, LUMA_LAYERS
+from nacre.targets.textures.code import ATLAS, FILTERED, LEVEL, LOBES, PARALLAX, Code
+from nacre.targets.textures.filtered import FUNCTIONS, FilteredTexture
+from nacre.targets.textures.shader_texture import ShaderTexture
 from nacre.targets.textures.target import TextureTarget
 from nacre.textures.codecs.basis.colors import join_components
 from nacre.textures.factors import grid_place
@@ -47,7 +50,7 @@ class Dialect:
         From a count of numbers and their kind, "f", "i" or "u"; see :data:`_TYPES`.
     fetch, array, picture
         Expressions: the pixel `at` in a `layer` of a `texture`; what its sampler gives at `at`
-        between pixels; the same for a texture without layers.
+        between pixels; the same for a texture without layers, between pixels of a `level`.
     textures
         Declarations of textures, from the material's name and the pixels by name: arrays have four
         axes, pictures three.
@@ -61,7 +64,7 @@ class Dialect:
     fetch: str
     array: str
     picture: str
-    textures: Callable[[str, Mapping[str, Halves]], Sequence[str]]
+    textures: Callable[[str, Mapping[str, Pixels]], Sequence[str]]
     functions: Mapping[str, str]
     let: str | None = None
     var: str | None = None
@@ -78,27 +81,33 @@ class Dialect:
 
 
 def texture_source(
-    atlas: TextureAtlas, name: str, language: Language, dialect: Dialect, head: Sequence[str]
+    atlas: ShaderTexture, name: str, language: Language, dialect: Dialect, head: Sequence[str]
 ) -> str:
     """The functions of a texture, after comment lines."""
-    arrays = atlas.textures()
+    arrays = {each: levels[0] for each, levels in atlas.textures().items()}
     prefix = f"{name}_"
     names = dialect.names() | _numbers(atlas, language)
     wide = atlas.width >= atlas.height
     names["strip"] = string.Template(_WIDE_STRIP if wide else _TALL_STRIP).substitute(names)
+    filtered = atlas if isinstance(atlas, FilteredTexture) else None
+    names["sums"] = _sums(filtered, language, names["vec4"]) if filtered else ""
 
+    flat, between = {"at": "vec2"}, {"at": "vec2", "level": "float"}
     reads = {
         "weights": Code("weights_at", "vec4", {"at": "ivec2", "layer": "int"}, dialect.fetch),
         "functions": Code("tile_at", "vec4", {"at": "vec2", "layer": "int"}, dialect.array),
-        "lobes": Code("lobe_at", "vec4", {"at": "vec2"}, dialect.picture),
-        "heights": Code("height_at", "float", {"at": "vec2"}, f"{dialect.picture}.x"),
+        "lobes": Code("lobe_at", "vec4", flat, dialect.picture),
+        "heights": Code("height_at", "float", flat, f"{dialect.picture}.x"),
     }
+    for each in atlas.weights_by_name() if filtered else ():
+        reads[each] = Code(f"{each}_at", "vec4", between, dialect.picture)
     reading = [
-        replace(read, body=f"    return {read.body.format(texture=prefix + each, name=name)};")
+        replace(read, body=f"    return {_expression(read, prefix + each, name)};")
         for each, read in reads.items()
         if each in arrays
     ]
-    reading += [*READING, *([PARALLAX] if atlas.heights else [])]
+    reading += [*LEVEL, *(FILTERED if filtered else ATLAS), *LOBES]
+    reading += [PARALLAX] if atlas.heights else []
 
     def written(code: Code) -> str:
         parameters = ", ".join(
@@ -115,7 +124,25 @@ def texture_source(
     return "\n\n".join([top, *formulas, *map(written, reading)]) + "\n"
 
 
-def _formulas(atlas: TextureAtlas) -> list[Function]:
+def _expression(read: Code, texture: str, name: str) -> str:
+    level = "level" if "level" in read.parameters else "0.0"
+    return read.body.format(texture=texture, name=name, level=level)
+
+
+def _sums(texture: FilteredTexture, language: Language, vector: str) -> str:
+    """Statements that add what each texture of weights contributes."""
+
+    def numbers(row: Floats) -> str:
+        return f"{vector}({', '.join(language.literal(float(value)) for value in row)})"
+
+    return "\n".join(
+        f"    roots += @sums(@weights{k}_at(uv, level) * {numbers(span)} + {numbers(low)}, "
+        f"tile, between, {1 + FUNCTIONS * k});"
+        for k, (span, low) in enumerate(zip(texture.span, texture.low, strict=True))
+    )
+
+
+def _formulas(atlas: ShaderTexture) -> list[Function]:
     """The functions that are formulas on numbers: places in the grid, colors, and lobes."""
 
     def place(w: Components) -> tuple[tuple[Array, Array]]:
@@ -149,7 +176,7 @@ def _mixture(lobe: Sequence[Array]) -> TiltedMixture:
     return TiltedMixture(fraction, roughness, (x, y))
 
 
-def _numbers(atlas: TextureAtlas, language: Language) -> dict[str, str]:
+def _numbers(atlas: ShaderTexture, language: Language) -> dict[str, str]:
     """Numbers of an atlas, as literals by name."""
     height, width, resolution = atlas.height, atlas.width, atlas.resolution
     floats = {
@@ -195,22 +222,26 @@ class TextureSourceTarget(TextureTarget, SourceTarget):
     def reflectance_files(self, brdf: Brdf, name: str) -> Mapping[str, bytes]:
         return SourceTarget.files(self, brdf, name)
 
-    def texture_files(self, texture: Btf, atlas: TextureAtlas, name: str) -> Mapping[str, bytes]:
+    def texture_files(self, texture: Btf, atlas: ShaderTexture, name: str) -> Mapping[str, bytes]:
         head = [*preamble(texture), *texture_facts(texture, atlas, name)]
         language = self.texture_language or self.language
         source = texture_source(atlas, name, language, self.dialect, head)
         return {f"{name}{self.suffix}": source.encode(), **atlas.files(name)}
 
 
-def texture_facts(texture: Btf, atlas: TextureAtlas, name: str) -> list[str]:
+def texture_facts(texture: Btf, atlas: ShaderTexture, name: str) -> list[str]:
     """Lines about the functions of a texture, its arrays, and their errors."""
     lines = [line.replace("NAME", name) for line in _CONVENTIONS]
     lines.append("")
-    for each, pixels in atlas.textures().items():
-        *layers, rows, columns, channels = pixels.shape
+    for each, levels in atlas.textures().items():
+        *layers, rows, columns, channels = levels[0].shape
         shape = " x ".join(map(str, [columns, rows, *layers]))
         kind = "texture array" if layers else "texture"
-        text = "RGBA16F" if channels == 4 else "R16F"
-        lines.append(f"{name}_{each}.ktx2: {kind}, {text}, {shape}, {pixels.nbytes} bytes")
-    lines.append("Each is the texture of its name: one level, filtered linearly, repeated.")
+        text = "RGBA8" if levels[0].itemsize == 1 else "RGBA16F" if channels == 4 else "R16F"
+        size = sum(pixels.nbytes for pixels in levels)
+        mipmaps = f", {len(levels)} levels" if len(levels) > 1 else ""
+        lines.append(f"{name}_{each}.ktx2: {kind}, {text}, {shape}{mipmaps}, {size} bytes")
+    lines.append(
+        "Each is the texture of its name: not sRGB, filtered linearly (levels too), repeated."
+    )
     return [*lines, *error_lines(texture, atlas)]

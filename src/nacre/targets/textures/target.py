@@ -10,23 +10,41 @@ from nacre.btf import Btf
 from nacre.errors import NacreError
 from nacre.targets.target import TEXTURES, Target
 from nacre.targets.textures.atlas import TextureAtlas
+from nacre.targets.textures.filtered import FilteredTexture
 from nacre.targets.textures.heights import HeightField
+from nacre.targets.textures.shader_texture import ShaderTexture
 
 
 class TextureTarget(Target):
-    """A target for encoded textures, as a :class:`TextureAtlas`; `heights` are for parallax."""
+    """A target for encoded textures.
+
+    Parameters
+    ----------
+    heights
+        For parallax.
+    bytes_per_texel
+        Makes a :class:`FilteredTexture` of that size; a :class:`TextureAtlas` where None.
+    """
 
     holds = frozenset({TEXTURES})
 
-    def __init__(self, heights: HeightField | None = None) -> None:
-        self.heights = heights
+    def __init__(
+        self, heights: HeightField | None = None, bytes_per_texel: int | None = None
+    ) -> None:
+        self.heights, self.bytes_per_texel = heights, bytes_per_texel
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
+        size = self.bytes_per_texel
         if isinstance(material, Btf):
-            atlas = TextureAtlas.of(material, heights=self.heights)
+            atlas = (
+                TextureAtlas.of(material, heights=self.heights)
+                if size is None
+                else FilteredTexture.of(material, size, heights=self.heights)
+            )
             return self.texture_files(material, atlas, name)
-        if self.heights is not None:
-            raise NacreError(f"{material.name}: is no texture, and takes no height field")
+        for given, what in ((self.heights, "height field"), (size, "bytes per texel")):
+            if given is not None:
+                raise NacreError(f"{material.name}: is no texture, and takes no {what}")
         return self.reflectance_files(self.reflectance(material), name)
 
     @abc.abstractmethod
@@ -34,5 +52,5 @@ class TextureTarget(Target):
         """Files for a reflectance; see :meth:`files`."""
 
     @abc.abstractmethod
-    def texture_files(self, texture: Btf, atlas: TextureAtlas, name: str) -> Mapping[str, bytes]:
+    def texture_files(self, texture: Btf, atlas: ShaderTexture, name: str) -> Mapping[str, bytes]:
         """Files for a texture; see :meth:`files`."""
