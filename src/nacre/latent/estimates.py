@@ -80,7 +80,7 @@ def estimate(
     samples.
     """
     basis = basis or pretrained_basis()
-    found = basis.posterior(brdf.samples, free_scale=free_scale)
+    found = basis.posterior(brdf.scattered().samples, free_scale=free_scale)
     material = basis.decode(found.code, brdf.name).replaced(
         source=brdf.source, channels=brdf.channels, notes=brdf.notes
     )

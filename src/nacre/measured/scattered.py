@@ -155,7 +155,8 @@ class ScatteredBrdf(LobeSampledBrdf):
             bandwidth=self.bandwidth,
         ).replaced(channels=self.channels, notes=self.notes)
 
-    def scattered(self) -> Scattered | None:
+    def scattered(self) -> Scattered:
+        """The samples without apertures and bandwidth; see :meth:`nacre.Brdf.scattered`."""
         if self.samples.apertures is None and not self.bandwidth:
             return self
         part = self._sharp

@@ -99,7 +99,7 @@ def command(
     check_isotropic(measured)
     if not isinstance(measured, ScatteredBrdf):
         raise FormatError(f"{source}: is not a measurement at scattered directions")
-    samples = measured.samples
+    samples = measured.scattered().samples
     found = basis.posterior(samples, free_scale=free_scale)
     exposures = count if budget is None else min(count, max(0, budget - len(samples)))
     proposal = propose(
