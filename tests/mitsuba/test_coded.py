@@ -57,6 +57,7 @@ def test_a_code_looks_like_the_network_that_it_decodes_into(mi, tmp_path):
         np.testing.assert_allclose(np.array(image), expected, rtol=by_precision(2e-3), atol=1e-5)
 
 
+@pytest.mark.slow
 def test_gradients_are_those_of_differences_and_no_kernel_is_compiled_again(mi):
     import drjit as dr
 

@@ -86,11 +86,12 @@ def test_plausible_networks_come_back_from_the_file(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_tables_have_the_uncertainties_that_intervals_mean(tmp_path: Path) -> None:
     for name in ("paint.csv", "paint.bird.brdf"):
-        nacre.convert(fitted(), tmp_path / name)
+        nacre.convert(fitted(16), tmp_path / name)
         table = nacre.load(tmp_path / name)
         assert table.samples.sigma is not None
+        measured = np.minimum(table.samples.wi[:, 2], table.samples.wo[:, 2]) > 0.3
         level = table.samples.rgb.mean(axis=1)
-        ratio = np.median(table.samples.sigma / level)
+        ratio = np.median((table.samples.sigma / level)[measured])
         assert 0.3 * NOISE < ratio < 1.5 * NOISE
 
 

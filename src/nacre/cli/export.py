@@ -12,7 +12,7 @@ from nacre.cli.command import command as make
 from nacre.cli.display import Line
 from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
-from nacre.cli.ranges import IntRange
+from nacre.cli.ranges import FiniteRange
 from nacre.cli.report import keyed, print_facts, print_json, print_table, progress, report
 from nacre.errors import NacreError, did_you_mean
 from nacre.io.names import stem
@@ -32,7 +32,7 @@ from nacre.io.names import stem
     options.height_field_option(),
     "Gray image for parallax of an encoded texture; see nacre render.",
     options.depth_option(),
-    option("--bytes-per-texel", IntRange(4, 32), metavar="B"),
+    option("--bytes-per-texel", FiniteRange(4.0, 32.0), metavar="B"),
     "Size of an encoded texture's texels, a multiple of 4; written as 8-bit textures.",
     reads=True,
 )
@@ -44,7 +44,7 @@ def command(
     basis_name: str,
     height_field: Path | None,
     depth: float | None,
-    bytes_per_texel: int | None,
+    bytes_per_texel: float | None,
     terms: str | None,
     listing: bool,
 ) -> None:
@@ -75,6 +75,8 @@ def command(
         loaded = loaded.replaced(source={**(loaded.source or {}), "terms": terms})
     prefix = name or stem(source)
     facts: dict[str, Any] = {}
+    if bytes_per_texel is not None and bytes_per_texel % 4:
+        raise click.UsageError(f"--bytes-per-texel {bytes_per_texel:g}: expected a multiple of 4")
     if target in PLACES:
         if bytes_per_texel is not None:
             raise click.UsageError(f"--bytes-per-texel: {target} takes no textures")
@@ -88,7 +90,7 @@ def command(
             output or "",
             name=prefix,
             heights=heights,
-            bytes_per_texel=bytes_per_texel,
+            bytes_per_texel=None if bytes_per_texel is None else int(bytes_per_texel),
             progress=line,
         )
     line.end()
