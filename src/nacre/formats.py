@@ -327,15 +327,15 @@ def _load(path: PathLike, kind: Kind | None, material: str | None, given: dict[s
     bands, apertures = options.pop("bands", None), options.pop("apertures", None)
     source = Source(path)
     if path.is_dir():
-        loaded = _read(path, _of_folder(path, options), kind, material, options)
-        return loaded.replaced(name=loaded.name or path.stem, source=source)
-    with _content(path) as (file, head):
-        loaded = _read(file, _of_file(file, head), kind, material, options)
-        if apertures is not None:
-            loaded = _through(path, loaded, apertures)
-        if bands is not None:
-            loaded = _in_bands(path, loaded, bands)
-        return loaded.replaced(name=loaded.name or file.stem, source=source)
+        loaded, stem = _read(path, _of_folder(path, options), kind, material, options), path.stem
+    else:
+        with _content(path) as (file, head):
+            loaded, stem = _read(file, _of_file(file, head), kind, material, options), file.stem
+    if apertures is not None:
+        loaded = _through(path, loaded, apertures)
+    if bands is not None:
+        loaded = _in_bands(path, loaded, bands)
+    return loaded.replaced(name=loaded.name or stem, source=source)
 
 
 def _through(path: Path, loaded: Brdf | Btf, apertures: Sequence[float]) -> Brdf:

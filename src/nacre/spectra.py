@@ -105,8 +105,7 @@ def narrowed(spectra: npt.ArrayLike, wavelengths: npt.ArrayLike, bandwidth: floa
     rise = np.diff(values, axis=-1) / np.diff(bands)
     none = np.zeros((*values.shape[:-1], 1))
     bend = np.diff(np.concatenate([none, rise, none], axis=-1), axis=-1)
-    width = np.gradient(np.arange(len(bands)), bands) ** -1
-    return np.asarray(values - bandwidth**2 / 12.0 * bend / width)
+    return np.asarray(values - bandwidth**2 / 12.0 * bend / np.gradient(bands))
 
 
 def rgb_weights(wavelengths: npt.ArrayLike) -> _Array:

@@ -11,11 +11,12 @@ import numpy as np
 from nacre.analytic import Ggx
 from nacre.latent import Autoencoder, Hypernetwork, LobePredictor, NeuralBasis, PcaBasis, PcaRecipe
 from nacre.latent.hypernetwork import COLUMN, HIDDEN_COUNT
-from nacre.latent.weights import COUNT, flat_weights
+from nacre.latent.weights import COUNT
 from nacre.measured.merl import Resolution
 from nacre.neural import Layer
 from nacre.neural.nbrdf import HIDDEN
 from nacre.neural.training import initial_layers
+from nacre.numerics.mlp import flat_weights
 from nacre.runtime.progress import Progress
 from nacre.sampling.parametrizations import PARAMETRIZATIONS
 

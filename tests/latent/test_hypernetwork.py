@@ -14,7 +14,6 @@ from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.weights import (
     COUNT,
-    flat_weights,
     network_layers,
     tensor_reflectance,
     weight_tangents,
@@ -25,7 +24,7 @@ from nacre.neural import NeuralBrdf
 from nacre.neural.inputs import PAPER
 from nacre.neural.prune import without_inactive_units
 from nacre.numerics.channels import CHROMA
-from nacre.numerics.mlp import forward
+from nacre.numerics.mlp import flat_weights, forward
 from nacre.sampling import GgxMixture
 from tests.latent.made import GRID, random_autoencoder, random_basis, random_hypernetwork
 from tests.reflectances import Brushed

@@ -12,9 +12,9 @@ import pytest
 import nacre
 from nacre.analytic import AnisotropicGgx, Ggx
 from nacre.latent.file import pretrained_hypernetwork
-from nacre.latent.weights import flat_weights
 from nacre.mitsuba.environment import Environment
 from nacre.neural.nbrdf import NeuralBrdf
+from nacre.numerics.mlp import flat_weights
 from nacre.sampling import describe_sampler
 from nacre.viewer.content import Content, Entry
 from nacre.viewer.space import add_space, decoded, places

@@ -15,13 +15,13 @@ import numpy as np
 from nacre.array import Weights
 from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.latent.recipes import GAIN
-from nacre.latent.weights import flat_weights, network_layers
+from nacre.latent.weights import network_layers
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import Samples
 from nacre.neural.training import initial_layers, train
-from nacre.numerics.mlp import Layer
+from nacre.numerics.mlp import Layer, flat_weights
 from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress
 

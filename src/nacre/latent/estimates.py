@@ -27,6 +27,8 @@ FEW = 200
 """Samples up to which a material is better known by what other materials are like."""
 COUNT = 64
 """Plausible materials that are kept."""
+ENOUGH = 16
+"""Plausible materials that tell an interval where each takes long to evaluate."""
 OBSERVED = "samples", "pixels", "readings"
 """What a material may be known from."""
 

@@ -21,12 +21,12 @@ from nacre.latent.hypernetwork import COLUMN, HIDDEN_COUNT, Hypernetwork
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
 from nacre.latent.neural_training import train_neural
 from nacre.latent.recipes import GAIN, BasisRecipe, HypernetworkRecipe
-from nacre.latent.weights import flat_weights, tensor_reflectance
+from nacre.latent.weights import tensor_reflectance
 from nacre.neural.inputs import ENHANCED, PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS
 from nacre.neural.training import initial_layers
 from nacre.numerics.channels import CHROMA
-from nacre.numerics.mlp import SILU, Layer, dense
+from nacre.numerics.mlp import SILU, Layer, dense, flat_weights
 from nacre.runtime.progress import Progress
 from nacre.runtime.store import Store
 

@@ -25,7 +25,7 @@ from nacre.latent.recipes import GAIN
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, NeuralBrdf, check_weights
 from nacre.numerics.levenberg_marquardt import minimize
-from nacre.numerics.mlp import Layer, forward
+from nacre.numerics.mlp import Layer, forward, shaped_layers
 from nacre.runtime.parallel import one_blas_thread
 from nacre.sampling import LobeSampledBrdf
 
@@ -139,17 +139,7 @@ def clipped(code: npt.ArrayLike) -> Doubles:
 
 def network_layers(weights: npt.ArrayLike) -> list[Layer]:
     """Layers of the 675 weights of a network, shape (675,)."""
-    left = np.asarray(weights, np.float32)
-    layers = []
-    for rows, columns in SHAPES:
-        matrix, biases, left = np.split(left, [rows * columns, (rows + 1) * columns])
-        layers.append(Layer(matrix.reshape(rows, columns), biases))
-    return layers
-
-
-def flat_weights(layers: Sequence[Layer]) -> Weights:
-    """The 675 weights of layers, shape (675,); undoes :func:`network_layers`."""
-    return np.concatenate([a.reshape(-1) for x in layers for a in (x.weights, x.biases)])
+    return shaped_layers(weights, SHAPES)
 
 
 def named_tensors(layers: dict[str, Layer]) -> Tensors:

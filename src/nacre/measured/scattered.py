@@ -159,18 +159,8 @@ class ScatteredBrdf(LobeSampledBrdf):
         """The samples without apertures and bandwidth; see :meth:`nacre.Brdf.scattered`."""
         if self.samples.apertures is None and not self.bandwidth:
             return self
-        part = self._sharp
-        return ScatteredBrdf(
-            part.wi,
-            part.wo,
-            part.rgb,
-            self.name,
-            isotropic=self.isotropic,
-            mirrored=self.mirrored,
-            spectra=self._sharp_spectra,
-            wavelengths=self.wavelengths,
-            sigma=part.sigma,
-        ).replaced(channels=self.channels, notes=self.notes)
+        samples, spectra = self._sharp
+        return self._changed(samples=samples, spectra=spectra, bandwidth=0.0)
 
     def through(self, source: float, detector: float) -> ScatteredBrdf:
         """A copy that knows through which apertures it was measured.
@@ -203,7 +193,7 @@ class ScatteredBrdf(LobeSampledBrdf):
 
     def _changed(self, **attributes: Any) -> ScatteredBrdf:
         made = self.replaced(**attributes)
-        for name in ("_sharp", "_sharp_spectra", "_logs", "_spectral_logs"):
+        for name in ("_sharp", "_logs", "_spectral_logs"):
             vars(made).pop(name, None)
         return made
 
@@ -298,29 +288,25 @@ class ScatteredBrdf(LobeSampledBrdf):
         return SampleTree(wi, wo, self.isotropic, self.mirrored)
 
     @cached_property
-    def _sharp(self) -> DirectionSamples:
-        """The samples, without apertures and bandwidth."""
+    def _sharp(self) -> tuple[DirectionSamples, Floats | None]:
+        """Samples and spectra, without apertures and bandwidth."""
         samples = self.samples
+        rgb: Floats = samples.rgb
+        spectra: Floats | None = self.spectra
         if samples.apertures is None and not self.bandwidth:
-            return samples
-        if self.bandwidth and self._sharp_spectra is not None:
-            rgb = self._in_channels(self._sharp_spectra)
-        else:
-            rgb = sharpened(self._tree, samples, samples.rgb)
+            return samples, spectra
+        if samples.apertures is not None:
+            together = rgb if spectra is None else np.hstack([rgb, spectra])
+            found = sharpened(self._tree, samples, together)
+            rgb, spectra = found[:, :3], None if spectra is None else found[:, 3:]
+        if self.bandwidth and spectra is not None and self.wavelengths is not None:
+            spectra = narrowed(spectra, self.wavelengths, self.bandwidth)
+            rgb = self._in_channels(spectra)
         sigma = samples.sigma
         if sigma is not None:
             before, after = (np.maximum(a, 0.0).mean(axis=1) for a in (samples.rgb, rgb))
             sigma = sigma * np.divide(after, before, out=np.ones_like(after), where=before > 0.0)
-        return DirectionSamples(samples.wi, samples.wo, rgb, sigma)
-
-    @cached_property
-    def _sharp_spectra(self) -> Floats | None:
-        spectra: Floats | None = self.spectra
-        if spectra is not None and self.samples.apertures is not None:
-            spectra = sharpened(self._tree, self.samples, spectra)
-        if spectra is not None and self.wavelengths is not None and self.bandwidth:
-            spectra = narrowed(spectra, self.wavelengths, self.bandwidth)
-        return spectra
+        return DirectionSamples(samples.wi, samples.wo, rgb, sigma), spectra
 
     def _in_channels(self, spectra: Floats) -> Floats:
         """Values (n, 3) of the channels from spectra (n, bands)."""
@@ -330,11 +316,12 @@ class ScatteredBrdf(LobeSampledBrdf):
 
     @cached_property
     def _logs(self) -> Floats:
-        return logarithms(self._sharp.rgb)
+        return logarithms(self._sharp[0].rgb)
 
     @cached_property
     def _spectral_logs(self) -> Floats | None:
-        return None if self._sharp_spectra is None else logarithms(self._sharp_spectra)
+        _, spectra = self._sharp
+        return None if spectra is None else logarithms(spectra)
 
 
 def tabulate(brdf: Brdf) -> ScatteredBrdf:

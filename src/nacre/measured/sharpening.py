@@ -32,7 +32,7 @@ ROUNDS = 12
 
 _NODES = 32  # pairs of directions in the apertures of a sample
 _DARK = 1e-4  # in 1/sr: added to values before ratios
-_CHUNK = 1 << 10  # samples
+_CHUNK = 1 << 7  # samples: with hundreds of bands, a chunk of them takes 100 MB
 
 
 class _Cones(NamedTuple):

@@ -9,10 +9,8 @@ Ensembles"; the noise is the parametric bootstrap of Efron and Tibshirani 1993).
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
+import itertools
 from dataclasses import replace
-from itertools import chain
-from typing import Any
 
 import numpy as np
 
@@ -23,7 +21,7 @@ from nacre.neural.recipe import Recipe
 from nacre.neural.scattered import clamped, highest, scattered_samples
 from nacre.neural.training import epochs, initial_layers
 from nacre.numerics.direction_samples import Scattered
-from nacre.numerics.mlp import Layer
+from nacre.numerics.mlp import flat_weights, shaped_layers
 from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress, silent
 
@@ -71,29 +69,15 @@ def plausible(
 
 def stored(network: NeuralBrdf, others: list[NeuralBrdf]) -> str:
     """How the weights of others differ from those of a network, as text for JSON."""
-    own = _flat(network.layers)
-    moved = np.stack([_flat(other.layers) - own for other in others]).astype(_STORED)
+    own = flat_weights(network.layers)
+    moved = np.stack([flat_weights(other.layers) - own for other in others]).astype(_STORED)
     return base64.b64encode(moved.tobytes()).decode("ascii")
 
 
 def restored(network: NeuralBrdf, text: str) -> list[NeuralBrdf]:
     """The networks of :func:`stored`; ValueError if the text is none of such weights."""
-    own = _flat(network.layers)
+    own, shapes = flat_weights(network.layers), list(itertools.pairwise(network.sizes))
     moved = np.frombuffer(base64.b64decode(text, validate=True), _STORED).reshape(-1, len(own))
     if not np.isfinite(moved).all():
         raise ValueError("weights are not finite")
-    return [network.with_layers(_layers(own + other, network)) for other in moved]
-
-
-def _flat(layers: Sequence[Layer]) -> np.ndarray[Any, np.dtype[np.float32]]:
-    return np.concatenate([np.ravel(array) for array in chain(*layers)]).astype(np.float32)
-
-
-def _layers(flat: Any, network: NeuralBrdf) -> list[Layer]:
-    """Layers of the shapes of a network's."""
-    ends = np.cumsum([array.size for array in chain(*network.layers)])
-    parts = np.split(flat, ends[:-1])
-    shaped = [
-        part.reshape(array.shape) for part, array in zip(parts, chain(*network.layers), strict=True)
-    ]
-    return [Layer(*pair) for pair in zip(shaped[::2], shaped[1::2], strict=True)]
+    return [network.with_layers(shaped_layers(own + other, shapes)) for other in moved]

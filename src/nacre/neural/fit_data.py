@@ -83,7 +83,8 @@ class FitData:
             angle=self.training.angle,
         )
         if scan is not None:
-            quality = {**quality, **validation_errors(scan, network, *chosen)}
+            judged = validation_errors(scan, scan.samples.rgb, network.eval, *chosen)
+            quality = {**quality, **judged}
         settings = asdict(recipe) | {
             "hidden": list(recipe.hidden),
             "gain": recipe.loss_gain if scan is None else None,

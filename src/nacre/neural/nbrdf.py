@@ -23,8 +23,7 @@ from nacre.neural.inputs import (
     input_count,
     rotates_half_vector,
 )
-from nacre.neural.network import NetworkBrdf
-from nacre.numerics.direction_samples import loss_scale
+from nacre.neural.network import NetworkBrdf, fit_facts, loss_text
 from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer, widths
 
 OUTPUTS = 3
@@ -145,14 +144,8 @@ class NeuralBrdf(NetworkBrdf):
         return f"{sizes}, {self.inputs} inputs, {super().summary()}"
 
     def loss_text(self) -> str:
-        """The loss of a fit with its scale, "held-out loss 0.00312 (log(1 + 32 f cos))", or ""."""
-        loss = self.metadata.get("quality", {}).get("held_out_loss")
-        if not isinstance(loss, float):
-            return ""
-        return f"held-out loss {loss:.5f} ({self._loss_scale()})"
-
-    def _loss_scale(self) -> str:
-        return loss_scale(self.metadata.get("fit", {}).get("gain"))
+        """See :func:`nacre.neural.network.loss_text`."""
+        return loss_text(self.metadata)
 
     def with_layers(self, layers: Sequence[Layer]) -> NeuralBrdf:
         """A network with other layers that is like this one in all else."""
@@ -180,21 +173,12 @@ class NeuralBrdf(NetworkBrdf):
         return red, green, blue
 
     def describe(self) -> dict[str, Any]:
-        source = self.metadata.get("source", {})
-        facts = {
+        own = {
             "inputs": self.inputs,
             "activation": self.activation,
             "angle of the axes": round(math.degrees(self.angle), 3) if self.angle else None,
             "layers": "-".join(map(str, self.sizes)),
             "weights": self.weight_count,
             "sampler": str(self.sampler),
-            "fitted to": source.get("file"),
-            "fitted to sha256": source.get("sha256"),
-            "terms of the source": source.get("terms"),
-            "loss": self._loss_scale() if self.loss_text() else None,
-            **self.metadata.get("quality", {}),
-            **{f"fit {key}": value for key, value in self.metadata.get("fit", {}).items()},
         }
-        return super().describe() | {
-            k.replace("_", " "): v for k, v in facts.items() if v is not None
-        }
+        return super().describe() | fit_facts(self.metadata, own)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import abc
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from nacre.array import Array, Components
 from nacre.brdf import Brdf
 from nacre.neural.inputs import network_inputs
+from nacre.numerics.direction_samples import loss_scale
 from nacre.numerics.mlp import RELU, Layer, dense
 
 
@@ -63,3 +64,26 @@ class NetworkBrdf(Brdf):
         """See :class:`nacre.brdf.Brdf`; weights enter a Dr.Jit kernel as literals."""
         inputs = self.input_components(wi, wo, self.angle)
         return self.from_outputs(self.through(inputs, self.layers))
+
+
+def loss_text(metadata: Mapping[str, Any]) -> str:
+    """The loss of a fit with its scale, "held-out loss 0.00312 (log(1 + 32 f cos))", or ""."""
+    loss = metadata.get("quality", {}).get("held_out_loss")
+    if not isinstance(loss, float):
+        return ""
+    return f"held-out loss {loss:.5f} ({loss_scale(metadata.get('fit', {}).get('gain'))})"
+
+
+def fit_facts(metadata: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
+    """Facts of a network's own, then what its metadata say of its source and its fit."""
+    source, fit = metadata.get("source", {}), metadata.get("fit", {})
+    facts = {
+        **own,
+        "fitted to": source.get("file"),
+        "fitted to sha256": source.get("sha256"),
+        "terms of the source": source.get("terms"),
+        "loss": loss_scale(fit.get("gain")) if loss_text(metadata) else None,
+        **metadata.get("quality", {}),
+        **{f"fit {key}": value for key, value in fit.items()},
+    }
+    return {key.replace("_", " "): value for key, value in facts.items() if value is not None}

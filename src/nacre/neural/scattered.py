@@ -21,8 +21,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats
-from nacre.brdf import Brdf
+from nacre.array import Floats, VectorList
 from nacre.errors import NacreError
 from nacre.neural.augmentation import augmentation
 from nacre.neural.inputs import PAPER
@@ -53,9 +52,7 @@ def scattered_samples(
     samples to hold out. The seed chooses these (:func:`hold_out`) and the augmentation. Raises
     NacreError if the scan has too few samples.
     """
-    if len(scan.samples) < MIN_SAMPLES:
-        few = f"{len(scan.samples)} samples are too few to fit a network to"
-        raise NacreError(f"{scan.name or 'scan'}: {few}; measure at least {MIN_SAMPLES}")
+    check_count(scan)
     kept, held = hold_out(len(scan.samples), held_out, seed)
     part = scan.subset(kept)
     own = repeated(with_mirrored(part.samples, scan.mirrored), OWN_FRACTION * count, seed)
@@ -74,6 +71,13 @@ def scattered_samples(
         ),
         Samples.pack(held_values, validation.rgb, validation.cosine, angle),
     )
+
+
+def check_count(scan: Scattered) -> None:
+    """Raise NacreError for a scan of too few samples to fit a network to."""
+    if len(scan.samples) < MIN_SAMPLES:
+        few = f"{len(scan.samples)} samples are too few to fit a network to"
+        raise NacreError(f"{scan.name or 'scan'}: {few}; measure at least {MIN_SAMPLES}")
 
 
 def hold_out(
@@ -106,14 +110,20 @@ def clamped(layers: Sequence[Layer], highest: npt.ArrayLike) -> list[Layer]:
 
 
 def validation_errors(
-    scan: Scattered, fitted: Brdf, held_out: float, seed: int
+    scan: Scattered,
+    values: Floats,
+    predict: Callable[[VectorList, VectorList], Floats],
+    held_out: float,
+    seed: int,
 ) -> dict[str, float]:
-    """How well held-out samples are predicted: by the fit, and by the nearest sample."""
+    """How well values (n, channels) of held-out samples are predicted: by a fit, as a function of
+    directions (m, 3), and by the nearest sample.
+    """
     kept, held = hold_out(len(scan.samples), held_out, seed)
-    part, truth = scan.subset(kept), scan.samples[held]
-    nearest = part.samples.rgb[part.nearest(truth.wi, truth.wo)]
-    median, mean = relative_errors(fitted.eval(truth.wi, truth.wo), truth.rgb)
-    nearest_median, nearest_mean = relative_errors(nearest, truth.rgb)
+    truth, wanted = scan.samples[held], values[held]
+    nearest = values[kept][scan.subset(kept).nearest(truth.wi, truth.wo)]
+    median, mean = relative_errors(predict(truth.wi, truth.wo), wanted)
+    nearest_median, nearest_mean = relative_errors(nearest, wanted)
     return {
         "held_out_samples": len(held),
         "held_out_median_error": median,

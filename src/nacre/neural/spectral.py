@@ -23,7 +23,7 @@ from nacre.io.tensors import PRECISIONS, Tensors
 from nacre.neural.chain import ChainBrdf
 from nacre.neural.chain_file import numbered_tensors
 from nacre.neural.nbrdf import SINGLE
-from nacre.numerics.direction_samples import loss_scale
+from nacre.neural.network import fit_facts, loss_text
 from nacre.numerics.mlp import Layer
 from nacre.spectra import as_channels, chosen_channels
 
@@ -205,26 +205,16 @@ class SpectralBrdf(ChainBrdf):
         return xp.maximum(value, 0.0)
 
     def loss_text(self) -> str:
-        """The loss of a fit with its scale, or ""; see :meth:`nacre.NeuralBrdf.loss_text`."""
-        loss = self.metadata.get("quality", {}).get("held_out_loss")
-        gain = self.metadata.get("fit", {}).get("gain")
-        return f"held-out loss {loss:.5f} ({loss_scale(gain)})" if isinstance(loss, float) else ""
+        """See :func:`nacre.neural.network.loss_text`."""
+        return loss_text(self.metadata)
 
     def describe(self) -> dict[str, Any]:
-        source = self.metadata.get("source", {})
-        facts = {
+        own = {
             "layers": "-".join(map(str, self.sizes[:-1])),
             "coefficients": len(self.spectra.values),
             "weights": self.weight_count,
-            "fitted to": source.get("file"),
-            "fitted to sha256": source.get("sha256"),
-            "terms of the source": source.get("terms"),
-            **self.metadata.get("quality", {}),
-            **{f"fit {key}": value for key, value in self.metadata.get("fit", {}).items()},
         }
-        return super().describe() | {
-            key.replace("_", " "): value for key, value in facts.items() if value is not None
-        }
+        return super().describe() | fit_facts(self.metadata, own)
 
     def summary(self) -> str:
         assert self.wavelengths is not None

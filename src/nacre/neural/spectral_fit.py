@@ -19,14 +19,14 @@ from nacre.neural.nbrdf import PRECISIONS, round_layers
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import Samples, direction_inputs
 from nacre.neural.scattered import (
-    MIN_SAMPLES,
     OWN_FRACTION,
     SCATTERED_SAMPLES,
     WEIGHT,
+    check_count,
     clamped,
     hold_out,
-    relative_errors,
     repeated,
+    validation_errors,
     with_mirrored,
 )
 from nacre.neural.spectral import LAST, MOST_COEFFICIENTS, SpectralBrdf
@@ -113,7 +113,9 @@ def fit_spectral(
     network = _network(brdf, broad, data, layers, settings)
     facts = asdict(settings) | {"hidden": list(settings.hidden)}
     if scan is not None:
-        quality = quality | _validation(scan, network, settings)
+        measured: Any = scan  # which has spectra, as the material does
+        how_split = measured.spectra, network.eval_spectral, settings.held_out, settings.seed
+        quality |= validation_errors(scan, *how_split)
         facts |= {"gain": None, "sampling": None}
     metadata: dict[str, Any] = {"fit": facts, "quality": quality}
     if brdf.source:
@@ -151,9 +153,7 @@ def _settled(brdf: Brdf, recipe: Recipe) -> Recipe:
     )
     if scan is None:
         return settled
-    if len(scan.samples) < MIN_SAMPLES:
-        few = f"{len(scan.samples)} samples are too few to fit a network to"
-        raise NacreError(f"{name}: {few}; measure at least {MIN_SAMPLES}")
+    check_count(scan)
     half = max(16, recipe.batch // 32 * 16)
     return replace(settled, batch=half, learning_rate=0.5 * recipe.learning_rate)
 
@@ -236,19 +236,3 @@ def _network(
         precision=recipe.stored_precision,
     )
     return network.in_channels(brdf.channels)
-
-
-def _validation(scan: Any, network: SpectralBrdf, recipe: Recipe) -> dict[str, float]:
-    """How well spectra of held-out samples are predicted: by the fit, and by the nearest sample."""
-    kept, held = hold_out(len(scan.samples), recipe.held_out, recipe.seed)
-    part, truth, wanted = scan.subset(kept), scan.samples[held], scan.spectra[held]
-    nearest = part.spectra[part.nearest(truth.wi, truth.wo)]
-    median, mean = relative_errors(network.eval_spectral(truth.wi, truth.wo), wanted)
-    nearest_median, nearest_mean = relative_errors(nearest, wanted)
-    return {
-        "held_out_samples": len(held),
-        "held_out_median_error": median,
-        "held_out_mean_error": mean,
-        "nearest_sample_median_error": nearest_median,
-        "nearest_sample_mean_error": nearest_mean,
-    }

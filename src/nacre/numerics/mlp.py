@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from nacre.array import Array, Floats, Weights, namespace
 
@@ -62,6 +63,21 @@ def widths(layers: Sequence[Layer]) -> tuple[int, ...]:
     if found[:-1] != tuple(len(layer.weights) for layer in layers):
         raise ValueError(f"layers do not chain: {[layer.weights.shape for layer in layers]}")
     return found
+
+
+def flat_weights(layers: Sequence[Layer]) -> Weights:
+    """The weights of all layers one after the other: each matrix by rows, then its biases."""
+    return np.concatenate([array.reshape(-1) for layer in layers for array in layer])
+
+
+def shaped_layers(weights: npt.ArrayLike, shapes: Sequence[tuple[int, int]]) -> list[Layer]:
+    """The layers of :func:`flat_weights`, from the inputs and outputs of each."""
+    left = np.asarray(weights, np.float32)
+    layers = []
+    for rows, columns in shapes:
+        matrix, biases, left = np.split(left, [rows * columns, (rows + 1) * columns])
+        layers.append(Layer(matrix.reshape(rows, columns), biases))
+    return layers
 
 
 def forward(values: Any, layers: Sequence[AnyLayer], activation: str = RELU) -> Any:

@@ -15,8 +15,8 @@ from nacre.formats import identify, load_brdf, load_btf
 from nacre.included import resolve
 from nacre.io.files import PathLike, check_json, read_bytes
 from nacre.io.tensors import has_header
+from nacre.latent.estimates import ENOUGH, plausible
 from nacre.latent.estimates import facts as plausible_facts
-from nacre.latent.estimates import plausible
 from nacre.latent.intervals import interval
 from nacre.workflows import sentences
 from nacre.workflows.sentences import Sentences
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
 
 _CODE_LIMIT = 1 << 20
-_ENOUGH = 16  # plausible materials that instruments read
 _UNITS = {
     "value range": "1/sr",
     "table range": "as stored",
@@ -136,7 +135,7 @@ def inspect_material(material: Brdf | Btf, *, physics: bool = True) -> Inspectio
 
 def _read(material: Brdf) -> dict[str, Any]:
     """What instruments would read of a material known with some uncertainty: 90 % intervals."""
-    others = plausible(material)[:_ENOUGH]
+    others = plausible(material)[:ENOUGH]
     if not others or material.channels != COLOR:
         return {}
     from nacre.instruments.quantities import FortyFiveQuantity, GlossQuantity

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 _KNOWN = 0.9995  # what rounds to 100 %
 _GRAY = 0.005  # chroma of colors whose hue is noise
-_ENOUGH = 16  # plausible materials that are read
 _HUE = 4  # place of the hue in a row of numbers
 
 
@@ -62,9 +61,9 @@ def loaded(path: Path, standard: Path | None) -> tuple[list[Brdf], Line]:
 
 def alternatives(brdf: Brdf) -> list[Brdf]:
     """Materials that are as plausible as one that is known with some uncertainty."""
-    from nacre.latent.estimates import plausible
+    from nacre.latent.estimates import ENOUGH, plausible
 
-    return plausible(brdf)[:_ENOUGH]
+    return plausible(brdf)[:ENOUGH]
 
 
 def report_colors(

@@ -15,8 +15,11 @@ NumberBands = Sequence[Sequence[Numbers]]
 
 LARGEST = (1 << 24) - 1
 """Magnitude of a number that can be written."""
-CONTEXTS = 10 * 6 * (14 + 24)
-"""Probabilities of a kind of band: of magnitudes, by those near in the band and far from it."""
+UNARY, BITS = 14, 24
+"""Magnitudes below the first are told one by one; of what is left above, how many bits it has."""
+NEAR, FAR = 10, 6  # kinds of neighborhoods in the band, and outside of it
+CONTEXTS = NEAR * FAR * (UNARY + BITS)
+"""Probabilities of a kind of band."""
 _KINDS = (0,), (1, 1, 2)  # of bands: means; differences along one axis, along both
 
 _band = Compiled("nacre.textures.rates.range_loops:band")

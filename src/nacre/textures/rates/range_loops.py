@@ -10,16 +10,12 @@ from __future__ import annotations
 from typing import Any
 
 from nacre.compile.numba_code import compiled
+from nacre.textures.rates.bands import BITS, FAR, NEAR, UNARY
 
 LOW, RANGE, HELD, WAITING, PLACE = range(5)  # of the state
 _TOP, _FULL = 1 << 24, (1 << 32) - 1
-_UNARY, _BITS = 14, 24
-"""Magnitudes below the first are told one by one; of what is left above, how many bits it has."""
 _FAST, _SLOW = 4, 7  # binary logarithms of how many numbers two estimates remember
 _LEAST = 96  # of 65,536: no probability is less
-_NEAR, _FAR = 10, 6  # kinds of neighborhoods in the band, and outside of it
-CONTEXTS = _NEAR * _FAR * (_UNARY + _BITS)
-"""Probabilities of a kind of band."""
 
 
 @compiled
@@ -162,22 +158,20 @@ def band(
                     far += 2 * abs(numbers[c - 1, y, x])
                 if c > 1:
                     far += abs(numbers[c - 2, y, x])
-                place = first + (_size(near, _NEAR - 1) * _FAR + _size(far, _FAR - 1)) * (
-                    _UNARY + _BITS
-                )
+                place = first + (_size(near, NEAR - 1) * FAR + _size(far, FAR - 1)) * (UNARY + BITS)
                 value = numbers[c, y, x]
                 size = abs(value)
                 known = 0
-                while known < _UNARY:
+                while known < UNARY:
                     more = 1 if size > known else 0
                     if not _adaptive(more, place + known, chances, state, data, writing):
                         break
                     known += 1
-                if known == _UNARY:
-                    rest, bits = size - _UNARY + 1, 1
-                    while bits < _BITS:
+                if known == UNARY:
+                    rest, bits = size - UNARY + 1, 1
+                    while bits < BITS:
                         more = 1 if rest >> bits > 0 else 0
-                        context = place + _UNARY + bits
+                        context = place + UNARY + bits
                         if not _adaptive(more, context, chances, state, data, writing):
                             break
                         bits += 1
@@ -185,7 +179,7 @@ def band(
                     for k in range(bits - 1):
                         shift = bits - 2 - k
                         found = 2 * found + _coded((rest >> shift) & 1, 32768, state, data, writing)
-                    known = found + _UNARY - 1
+                    known = found + UNARY - 1
                 if known > 0:
                     negative = _coded(1 if value < 0 else 0, 32768, state, data, writing)
                     numbers[c, y, x] = -known if negative else known
