@@ -36,7 +36,7 @@ def test_a_fit_is_compared_shown_and_written_back(
     source = require_data("field", name)
     monkeypatch.chdir(tmp_path)
     back = f"back.{FILES[name]}"
-    assert run("fit", source, "--epochs", 4, "-o", "fit.safetensors") == 0
+    assert run("fit", source, "--epochs", 12, "-o", "fit.safetensors") == 0
     assert run("compare", source, "fit.safetensors", "--size", 16, "-o", "compare.png") == 0
     assert run("render", "fit.safetensors", "--size", 16, "-o", "fit.png") == 0
     assert run("view", source, "fit.safetensors", "-o", "view.html") == 0
