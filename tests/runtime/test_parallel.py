@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 from threadpoolctl import threadpool_info
 
@@ -46,3 +47,19 @@ def test_blocks_that_overlap_share_the_limit():
     assert set(blas_threads()) <= {1}
     second.__exit__(None, None, None)
     assert blas_threads() == before
+
+
+def test_blocks_limit_products_whatever_threads_they_begin_and_end_in():
+    """A thread that lives on after its block keeps nobody else from the limit."""
+    block = one_blas_thread()
+
+    def inside() -> list[int]:
+        with block:
+            return blas_threads()
+
+    with ThreadPoolExecutor(1) as one, ThreadPoolExecutor(1) as other:
+        found = [one.submit(inside).result(), inside(), other.submit(inside).result()]
+        one.submit(block.__enter__).result()
+        block.__exit__(None, None, None)
+        found += [inside(), one.submit(inside).result()]
+    assert all(set(counts) <= {1} for counts in found)

@@ -23,24 +23,50 @@ def core_count() -> int:
 
 
 class _OneBlasThread:
-    """A limit that many blocks share: libraries know one number of threads, not one per block."""
+    """A limit that many blocks share: libraries know one number of threads, not one per block.
+
+    A thread of its own sets and undoes it. Blocks begin and end in any thread, and threadpoolctl
+    lets only the thread that set a limit change it, from 3.8 on.
+    """
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._blocks = 0
-        self._limits: Any = None
+        self._holder: _Holder
 
     def __enter__(self) -> None:
         with self._lock:
             if self._blocks == 0:
-                self._limits = threadpool_limits(1, "blas")
+                self._holder = _Holder()
             self._blocks += 1
 
     def __exit__(self, *_: object) -> None:
         with self._lock:
             self._blocks -= 1
             if self._blocks == 0:
-                self._limits.restore_original_limits()
+                self._holder.end()
+
+
+class _Holder(threading.Thread):
+    """A thread that holds the limit until its end."""
+
+    def __init__(self) -> None:
+        super().__init__(name="one BLAS thread", daemon=True)
+        self._begun, self._ended = threading.Event(), threading.Event()
+        self.start()
+        self._begun.wait()
+
+    def run(self) -> None:
+        try:
+            with threadpool_limits(1, "blas"):
+                self._begun.set()
+                self._ended.wait()
+        finally:  # whoever waits must not wait for ever
+            self._begun.set()
+
+    def end(self) -> None:
+        self._ended.set()
+        self.join()
 
 
 _ONE_BLAS_THREAD = _OneBlasThread()
