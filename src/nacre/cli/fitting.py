@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from nacre.cli import options, plans
+from nacre.cli.btf.written import report_codes
 from nacre.cli.display import Line
 from nacre.cli.kinds import check_pixels, expect
 from nacre.cli.reading import check_alone, chosen_material, typed
@@ -20,9 +21,7 @@ from nacre.cli.report import (
     note,
     progress,
     report,
-    report_facts,
     report_parts,
-    say,
 )
 from nacre.cli.session import session
 from nacre.errors import did_you_mean, printable
@@ -273,7 +272,6 @@ def chosen_rate(chosen: Mapping[str, Any]) -> Rate | None:
 
 
 def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> None:
-    from nacre.metrics.texture_errors import UNITS
     from nacre.textures.codecs.codec_file import codec_path
     from nacre.workflows import encode_texture, output_paths
 
@@ -313,26 +311,4 @@ def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> 
         resume=chosen["resume"],
         progress=line,
     )
-    height, width, code_dim = found.latent.codes.shape
-    rated = found.latent.rated
-    nbytes = rated.nbytes if rated else found.latent.codes.nbytes
-    shown, by_view = found.errors.shown()
-    facts = {
-        "width": width,
-        "height": height,
-        "code dim": code_dim,
-        **shown,
-        "pairs compared a texel": found.compared,
-        **{f"MSE x 1e4, views {name}": mse for name, mse in by_view.items()},
-        "seconds": found.seconds,
-        "bytes of codes": nbytes,
-        "bytes per texel": nbytes / (width * height),
-        "bytes": found.nbytes,
-        "bytes of the source": found.source_nbytes,
-        "ratio": found.source_nbytes / found.nbytes,
-    }
-    beside = found.beside and found.beside.name
-    names = {"file": str(source), "output": str(target), "keep_beside": beside}
-    report_facts(target.name, facts, UNITS, **names)
-    if beside:
-        say(f"{target}: keep {beside} beside it")
+    report_codes(found, str(source))

@@ -105,18 +105,24 @@ def tell_download(database: Database, materials: Sequence[str], folder: Path | N
     tell([], [(path, "") for path in missing.values()], work)
 
 
-def tell_captures(settings: Settings, targets: Sequence[Path]) -> None:
-    """The plan of virtual captures, without those that are there."""
+def tell_captures(settings: Settings, targets: Sequence[Path], codec: Path | None = None) -> None:
+    """The plan of virtual captures, without those that are there; they are values, or codes of a
+    codec.
+    """
+    from nacre.textures.codecs.codec_file import load_codec
+
     missing = [path for path in targets if not path.exists()]
     texels, pairs = settings.texels**2, len(settings.wi)
-    each = in_bytes(texels * pairs * 6)
+    each = f"up to {in_bytes(texels * pairs * 6)} before compression"
+    if codec is not None:
+        each = f"{in_bytes(4 * texels * load_codec(codec).code_dim)} of codes and the codec"
     paths = texels * settings.samples
     work = (
         f"capture {counted(len(missing), 'texture', 'textures')} of {settings.texels} x "
         f"{settings.texels} texels under {pairs:,} pairs of directions, with {paths:,} light paths "
         "per view"
     )
-    tell([], [(path, f"up to {each} before compression") for path in missing], work)
+    tell([], [(path, each) for path in missing], work)
 
 
 def size_of(path: Path) -> int:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import pickle
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -24,6 +26,7 @@ from nacre.metrics.texture_errors import Errors, ErrorSums
 from nacre.runtime.interrupts import uninterrupted
 from nacre.runtime.progress import Progress, silent
 from nacre.runtime.store import Store
+from nacre.textures.capture.gonioreflectometer import Capture
 from nacre.textures.codecs.codec import TexelCodec, on_all_cores
 from nacre.textures.codecs.codec_file import PRETRAINED, codec_path, load_codec
 from nacre.textures.latent_file import check_latent_path, save_latent_map
@@ -151,6 +154,48 @@ def _restored(store: Store, codes: npt.NDArray[Any]) -> tuple[ErrorSums, int]:
 
 
 @dataclass(frozen=True, eq=False)
+class Source:
+    """A texture to encode, and where it comes from.
+
+    Parameters
+    ----------
+    texture
+        Its values.
+    file
+        Name of the file or folder that it lies in, or of what it is captured from.
+    fingerprint
+        What must be the same for an encoding to be resumed.
+    nbytes
+        Bytes of its files; 0 where it lies in none.
+    """
+
+    texture: Btf
+    file: str
+    fingerprint: str
+    nbytes: int = 0
+
+    @classmethod
+    def of(
+        cls, path: PathLike, pixels: Quantity | None = None, directions: PathLike | None = None
+    ) -> Source:
+        """The texture in a file, in a folder of images, or of a list of photographs.
+
+        Raises what :func:`nacre.formats.load_btf` does.
+        """
+        path = Path(path)
+        if directions is not None and not path.is_dir():
+            raise FormatError(
+                f"{path}: a list of directions is for a folder of images; leave it out"
+            )
+        texture = load_btf(path, quantity=pixels, directions=directions)
+        files = source_files(path, texture)
+        nbytes = sum(file.stat().st_size for file in files)  # the files may be gone later
+        listed = "" if directions is None else digest(Path(directions))
+        fingerprint = f"{source_fingerprint(path, files)} {pixels} {listed}"
+        return cls(texture, path.resolve().name, fingerprint, nbytes)
+
+
+@dataclass(frozen=True, eq=False)
 class EncodedTexture:
     """The result of :func:`encode_texture`.
 
@@ -163,7 +208,7 @@ class EncodedTexture:
     seconds
         Time for reading and encoding.
     source_nbytes, nbytes
-        Bytes of all files of the source, and of the written file.
+        Bytes of all files of the source, 0 without files, and of the written file.
     beside
         The codec file, if it must stay beside the written file.
     """
@@ -179,7 +224,7 @@ class EncodedTexture:
 
 
 def encode_texture(
-    source: PathLike,
+    source: PathLike | Source,
     output: PathLike,
     *,
     model: PathLike | None = None,
@@ -200,7 +245,7 @@ def encode_texture(
     Parameters
     ----------
     source
-        A file, a folder of images, or a list of photographs.
+        A file, a folder of images, or a list of photographs; or a texture that lies in none.
     output
         File (`.safetensors`) to write.
     model
@@ -228,40 +273,36 @@ def encode_texture(
         If an earlier call was stopped and `resume` is not given, the state belongs to another
         encoding, or the codec is for other directions.
     """
-    source, output, model = Path(source), check_latent_path(output), codec_path(model)
+    output, model = check_latent_path(output), codec_path(model)
     included = model in PRETRAINED.values()
     if reference and not included and model.resolve().parent != output.resolve().parent:
         raise FormatError(f"{model}: is not in the folder of {output}; copy it there, or embed it")
     state = output.with_name(f"{output.name}.state")
-    check_not_inputs([output, state], [source, model, *([directions] if directions else [])])
+    inputs = [] if isinstance(source, Source) else [Path(source)]
+    check_not_inputs([output, state], [*inputs, model, *([directions] if directions else [])])
     check_writable(output)
     if state.exists() and not resume:
         raise NacreError(
             f"{state}: an encoding or a training was stopped here; add --resume to continue the "
             "same command, or remove the file"
         )
-    codec = load_codec(model)
-    if directions is not None and not source.is_dir():
-        raise FormatError(f"{source}: a list of directions is for a folder of images; leave it out")
-    btf = load_btf(source, quantity=pixels, directions=directions)
-    files, model_digest = source_files(source, btf), digest(model)
-    nbytes = sum(path.stat().st_size for path in files)  # the files may be gone later
-    listed = "" if directions is None else digest(Path(directions))
-    fingerprint = f"{source_fingerprint(source, files)} {pixels} {model_digest} {listed}"
+    codec, model_digest = load_codec(model), digest(model)
+    if not isinstance(source, Source):
+        source = Source.of(source, pixels, directions)
     began = time.monotonic()
     named = CodecFile(model.name, model_digest) if reference else None
-    with transposed(btf, output.parent, progress=progress) as texels:
+    with transposed(source.texture, output.parent, progress=progress) as texels:
         found = encode(
             texels,
             _encoding_codec(codec, rate),
             half=half,
             texels_per_block=texels_per_block,
             state=state,
-            fingerprint=fingerprint.rstrip(),
+            fingerprint=f"{source.fingerprint} {model_digest}",
             progress=progress,
         )
         latent, errors = _mapped(
-            texels, source.resolve().name, codec, model.name, found, rate, named, progress
+            texels, source.file, codec, model.name, found, rate, named, progress
         )
     seconds = time.monotonic() - began
     save_latent_map(latent, output)
@@ -272,10 +313,26 @@ def encode_texture(
         errors,
         found.compared,
         seconds,
-        nbytes,
+        source.nbytes,
         output.stat().st_size,
         model if reference and not included else None,
     )
+
+
+def encode_capture(
+    capture: Capture,
+    output: PathLike,
+    *,
+    model: PathLike | None = None,
+    resume: bool = False,
+    progress: Progress = silent,
+) -> EncodedTexture:
+    """Encode a made-up surface as it is measured: values are never all there.
+
+    Parameters, errors and what is resumed are those of :func:`encode_texture`.
+    """
+    source = Source(capture, capture.name, hashlib.sha256(pickle.dumps(capture)).hexdigest())
+    return encode_texture(source, output, model=model, resume=resume, progress=progress)
 
 
 def encoded_texture(

@@ -168,7 +168,7 @@ def test_many_lights_are_taken_in_groups(monkeypatch: pytest.MonkeyPatch) -> Non
     visibility = gonioreflectometer._visibility
     monkeypatch.setattr(gonioreflectometer, "_visibility", counted)
     monkeypatch.setattr(gonioreflectometer, "_VISIBLE", 4 * CELLS * CELLS)
-    monkeypatch.setattr(gonioreflectometer, "_BAND", 1)
+    monkeypatch.setattr(gonioreflectometer, "_PART", 1)
     grouped = capture(
         surface, wi, wo, 4, samples=3, seed=1, progress=lambda *state: told.append(state[1:3])
     )
@@ -182,7 +182,7 @@ def test_values_of_large_textures_lie_in_a_file(monkeypatch: pytest.MonkeyPatch)
     wi, wo = pairs(LIGHTS, VIEWS)
     whole = capture(surface, wi, wo, 6, samples=2).values
     monkeypatch.setattr("nacre.textures.capture.gonioreflectometer._IN_MEMORY", 0)
-    monkeypatch.setattr("nacre.textures.capture.gonioreflectometer._BAND", 1)
+    monkeypatch.setattr("nacre.textures.capture.gonioreflectometer._PART", 1)
     mapped = capture(surface, wi, wo, 6, samples=2).values
     assert isinstance(mapped, np.memmap)
     assert np.array_equal(mapped, whole)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from nacre.btf import Btf
     from nacre.measured.textures.ubo2014.writer import Loss
     from nacre.textures.latent_map import CodecFile, LatentMap
+    from nacre.workflows.encoding import EncodedTexture
 
 OUTPUT_HELP = "File to write: codes (.safetensors), or values in a texture format."
 
@@ -37,6 +38,38 @@ def report_texture(path: Path, btf: Btf, loss: Loss | None) -> None:
     if loss is not None and loss.negative:
         clipped = f"{100.0 * loss.negative:.3g} % of the values were negative"
         say(f"{path}: {clipped} and became 0; an .npz keeps them")
+
+
+def report_codes(found: EncodedTexture, file: str) -> None:
+    """Report an encoded texture, made from a file."""
+    from nacre.metrics.texture_errors import UNITS
+
+    height, width, code_dim = found.latent.codes.shape
+    rated = found.latent.rated
+    nbytes = rated.nbytes if rated else found.latent.codes.nbytes
+    shown, by_view = found.errors.shown()
+    source = {}
+    if found.source_nbytes:
+        ratio = found.source_nbytes / found.nbytes
+        source = {"bytes of the source": found.source_nbytes, "ratio": ratio}
+    facts = {
+        "width": width,
+        "height": height,
+        "code dim": code_dim,
+        **shown,
+        "pairs compared a texel": found.compared,
+        **{f"MSE x 1e4, views {name}": mse for name, mse in by_view.items()},
+        "seconds": found.seconds,
+        "bytes of codes": nbytes,
+        "bytes per texel": nbytes / (width * height),
+        "bytes": found.nbytes,
+        **source,
+    }
+    beside = found.beside and found.beside.name
+    names = {"file": file, "output": str(found.path), "keep_beside": beside}
+    report_facts(found.path.name, facts, UNITS, **names)
+    if beside:
+        say(f"{found.path}: keep {beside} beside it")
 
 
 def source_of(path: Path) -> dict[str, Any]:

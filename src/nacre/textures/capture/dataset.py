@@ -19,7 +19,7 @@ from nacre.runtime.lock import exclusive
 from nacre.runtime.progress import Progress
 from nacre.textures.capture.generators import GENERATORS
 from nacre.textures.capture.generators.generator import current_names
-from nacre.textures.capture.gonioreflectometer import capture
+from nacre.textures.capture.gonioreflectometer import Capture
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.recipe import Recipe, built_in
 
@@ -48,14 +48,18 @@ class Settings:
     def build(self, recipe: Recipe) -> Mesostructure:
         return recipe.build(self.cells)
 
+    def capture(self, recipe: Recipe, *, on_surface: bool = False) -> Capture:
+        """The surface of a recipe, measured where and when values are asked for."""
+        return Capture(
+            self.build(recipe), self.wi, self.wo, self.texels, samples=self.samples,
+            seed=self.seed, on_surface=on_surface, name=recipe.name,
+        )  # fmt: skip
+
     def take(
         self, recipe: Recipe, progress: Progress | None = None, *, on_surface: bool = False
     ) -> TableBtf:
-        """Capture the surface of a recipe; see :func:`nacre.textures.capture.capture`."""
-        return capture(
-            self.build(recipe), self.wi, self.wo, self.texels, samples=self.samples,
-            seed=self.seed, on_surface=on_surface, name=recipe.name, progress=progress,
-        )  # fmt: skip
+        """All values of :meth:`capture`."""
+        return self.capture(recipe, on_surface=on_surface).table(progress)
 
     def describe(self) -> dict[str, Any]:
         """As plain data; directions by number and SHA-256."""

@@ -180,39 +180,39 @@ def photograph(
     view: Any, on_surface: Any, depth: Any, samples: Any, width: Any, height: Any, first: Any,
     seed: Any, sums: Any, out: Any,
 ) -> None:  # fmt: skip
-    """Reflectance factors of some rows of texels in one view, under all lights.
+    """Reflectance factors of some texels, row by row, in one view, under all lights.
 
     For `heights` to `peak`, see :func:`nacre.textures.capture.traversal.intersect`; for
     `coverings`, :meth:`nacre.textures.capture.mesostructure.Mesostructure.coverings`; for `visible`
     and `lights`, :func:`visibility`. `view` is a unit direction, `depth` the largest number of
     surface points of a path, `samples` the paths per texel, `width` and `height` the texels of the
     whole picture; for `on_surface` see :func:`nacre.textures.capture.capture`. The seed has type
-    uint64. `sums`, of shape (3, k), is written over. `out`, of shape (rows, width, k, 3), begins
-    with row `first` from the top.
+    uint64. `sums`, of shape (3, k), is written over. `out`, of shape (texels, k, 3), begins with
+    texel `first`.
     """
     size = heights.shape[0]
     z = peak + _OFFSET
     slant_x, slant_y = view[0] / view[2], view[1] / view[2]
     begin = 0.5 if on_surface else 0.0
-    for row in range(first, first + out.shape[0]):
-        for column in range(width):
-            sums[:] = np.float32(0.0)
-            state = np.uint64(seed) + (np.uint64(row * width + column) << np.uint64(32))
-            state, shift_x = _next(state)
-            state, shift_y = _next(state)
-            for sample in range(samples):
-                # The sequence R2 fills a texel evenly with any number of points (Roberts 2018).
-                px = (shift_x + sample * 0.7548776662466927) % 1.0
-                py = (shift_y + sample * 0.5698402909980532) % 1.0
-                x = (column + px) * size / width - begin
-                y = (height - row - py) * size / height - begin
-                back = z - height_at(heights, x, y) if on_surface else z
-                x, y = x + slant_x * back, y + slant_y * back
-                state = _follow(
-                    heights, tops, floor, peak, coverings, visible, lights, depth,
-                    x, y, z, -view[0], -view[1], -view[2], state, sums,
-                )  # fmt: skip
-            for k in range(lights.shape[1]):
-                scale = np.float32(1.0) / (np.float32(samples) * lights[2, k])
-                for c in range(3):
-                    out[row - first, column, k, c] = sums[c, k] * scale
+    for texel in range(first, first + out.shape[0]):
+        row, column = texel // width, texel % width
+        sums[:] = np.float32(0.0)
+        state = np.uint64(seed) + (np.uint64(texel) << np.uint64(32))
+        state, shift_x = _next(state)
+        state, shift_y = _next(state)
+        for sample in range(samples):
+            # The sequence R2 fills a texel evenly with any number of points (Roberts 2018).
+            px = (shift_x + sample * 0.7548776662466927) % 1.0
+            py = (shift_y + sample * 0.5698402909980532) % 1.0
+            x = (column + px) * size / width - begin
+            y = (height - row - py) * size / height - begin
+            back = z - height_at(heights, x, y) if on_surface else z
+            x, y = x + slant_x * back, y + slant_y * back
+            state = _follow(
+                heights, tops, floor, peak, coverings, visible, lights, depth,
+                x, y, z, -view[0], -view[1], -view[2], state, sums,
+            )  # fmt: skip
+        for k in range(lights.shape[1]):
+            scale = np.float32(1.0) / (np.float32(samples) * lights[2, k])
+            for c in range(3):
+                out[texel - first, k, c] = sums[c, k] * scale
