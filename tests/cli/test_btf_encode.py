@@ -159,6 +159,32 @@ def test_what_was_interrupted_goes_on_with_resume_only(felt, capsys, monkeypatch
     assert not Path("felt.safetensors.state").exists()
 
 
+def test_a_capture_is_encoded_as_it_is_measured(felt, capsys, monkeypatch):
+    """The codes are those of its file, also of an interrupted run that went on."""
+    Path("two.csv").write_text("theta,phi\n0,0\n45,90\n")
+    capture = "btf", "capture", "felt01", "--texels", 4, "--paths", 2, "--directions", "two.csv"
+    assert run(*capture, "-o", "made.npz") == 0
+    assert run("fit", "made.npz", "-o", "made.safetensors") == 0
+    expected = nacre.load("made.safetensors").latent.codes
+    coded = *capture, "-o", "coded.safetensors"
+    monkeypatch.setattr(encoding, "BLOCK", 12 * 4 * 3)
+    run_interrupted(monkeypatch, *coded)
+    capsys.readouterr()
+    assert run(*coded) == 2
+    assert "add --resume" in capsys.readouterr().err
+    assert run(*coded, "--seed", 1, "--resume") == 2
+    assert "belongs to another run" in capsys.readouterr().err
+    assert run(*coded, "--resume", "--picture", "coded.png") == 0
+    found = nacre.load("coded.safetensors").latent
+    np.testing.assert_allclose(found.codes, expected, atol=1e-5)
+    assert found.metadata["source"]["file"] == "felt01"
+    assert not Path("coded.safetensors.state").exists()
+    assert Path("coded.png").exists()
+    for option in (("--resume",), ("--codec", "basis")):
+        assert run(*capture, "-o", "values.npz", *option) == 2
+        assert f"{option[0]} is for codes (.safetensors)" in capsys.readouterr().err
+
+
 @pytest.fixture
 def photographs(tmp_path):
     """A list of two photographs of 4 x 5 pixels."""

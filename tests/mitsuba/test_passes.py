@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from nacre.mitsuba.passes import (
 from nacre.mitsuba.preview import render_scene
 from nacre.mitsuba.textures.plugins import texture_bsdf
 from nacre.mitsuba.textures.scene import describe_texture_scene
+from nacre.runtime.store import Store
 from tests.textures.codecs.basis.made import codec as basis_codec
 from tests.variants import by_precision
 
@@ -86,6 +88,34 @@ def test_bands_of_rows_make_the_whole_picture(rgb: Any) -> None:
     ((_, other),) = accumulate(shown, [64], 2)
     assert np.abs(banded - whole).mean() < 1.5 * np.abs(other - whole).mean()
     assert list(shown.sensors()[0].film().crop_size()) == [24, 20]
+
+
+def test_a_picture_that_was_stopped_goes_on(
+    rgb: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In another process, from the part that was not finished."""
+    monkeypatch.setattr(passes, "KEEP_EVERY", 0.0)
+    shown, state = scene(rgb, 8), tmp_path / "picture.state"
+    ((_, _), (_, expected)) = accumulate(shown, [4, 4], 1, rows=3)
+    render, calls = rgb.render, []
+
+    def interrupted(*arguments: Any, **options: Any) -> Any:
+        calls.append(options["seed"])
+        if len(calls) == 4:
+            signal.raise_signal(signal.SIGINT)
+        return render(*arguments, **options)
+
+    monkeypatch.setattr(rgb, "render", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        list(accumulate(shown, [4, 4], 1, rows=3, store=Store(state, "of this picture")))
+    with pytest.raises(NacreError, match="belongs to another run"):
+        list(accumulate(shown, [4, 4], 1, rows=3, store=Store(state, "of another")))
+    *_, (done, found) = accumulate(shown, [4, 4], 1, rows=3, store=Store(state, "of this picture"))
+    np.testing.assert_allclose(found, expected, rtol=1e-5)
+    assert done == 8
+    assert len(calls) == len(set(calls)) == 6
+    with pytest.raises(NacreError, match="remove it to start over"):
+        list(accumulate(shown, [4], 1, store=Store(state, "of this picture")))
 
 
 def test_wavefronts_show_what_whole_paths_do(rgb: Any) -> None:

@@ -24,7 +24,7 @@ _SHAPES = list(dict.fromkeys((*scene.SHAPES, *texture_scene.GEOMETRIES)))
 _LIGHTS = list(dict.fromkeys((*scene.LIGHTS, *texture_scene.LIGHTS)))
 _PIXELS = IntRange(1, MAX_SIZE)
 _OF_SCENES = "scene"
-_SCENE_OPTIONS = ("output", "size", "height", "spp", "seed", "denoise")
+_SCENE_OPTIONS = ("output", "size", "height", "spp", "seed", "denoise", "resume")
 
 
 def _size(text: str) -> tuple[int, int | None]:
@@ -77,6 +77,8 @@ def _definition(text: str) -> tuple[str, str]:
     "Remove noise if Intel's denoiser is installed (extra: render); not from animations and "
     "comparisons, and from scenes if you say so.",
     options.seed_option(),
+    option("--resume", is_flag=True),
+    "Resume the same command where it stopped; what took less than a minute is not kept.",
     option("--angle", FiniteRange(0.0, 89.0), applies="btf", default=45.0),
     "Angle between the view and a directional or point light, in degrees.",
     option("--repeat", IntRange(1), applies="btf", default=4),

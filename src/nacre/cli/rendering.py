@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from nacre.cli import options
+from nacre.cli.reading import typed
 from nacre.cli.report import aside, keyed, print_facts, progress, report
+from nacre.errors import NacreError
 from nacre.io.names import stem
 from nacre.mitsuba import scene
 from nacre.mitsuba.textures import scene as texture_scene
@@ -19,6 +21,7 @@ from nacre.workflows.texture_rendering import TEXTURE_SPP
 if TYPE_CHECKING:
     from nacre.metrics.temporal import TemporalErrors
     from nacre.mitsuba.environment import Environment
+    from nacre.runtime.store import Store
 
 
 def _check_shape(
@@ -38,6 +41,25 @@ def _environment(path: Path | None) -> Environment | None:
     return load_environment(path) if path else None
 
 
+def _store(output: Path, inputs: Sequence[Path | None], chosen: dict[str, Any]) -> Store:
+    """Where a picture is kept until it is written, for `--resume`."""
+    from nacre.runtime.store import Store
+    from nacre.workflows.identity import source_fingerprint
+
+    resume, state = chosen["resume"], output.with_name(f"{output.name}.state")
+    files = [path for path in inputs if path is not None]
+    options.check_outputs([output], files, [state])
+    marks = [source_fingerprint(path, None if path.is_dir() else [path]) for path in files]
+    settings = [f"{name}={value}" for name, value in sorted(chosen.items()) if name != "resume"]
+    store = Store(state, " ".join([*marks, *settings]) + typed())
+    if (kept := store.files()) and not resume:
+        raise NacreError(
+            f"{kept[0]}: a rendering was stopped here; add --resume to continue the same command, "
+            "or remove the file"
+        )
+    return store
+
+
 def render_scene(source: Path, output: Path | None, chosen: dict[str, Any]) -> None:
     from nacre.mitsuba.engine import variant_in_use
     from nacre.mitsuba.preview import check_image_path
@@ -46,7 +68,7 @@ def render_scene(source: Path, output: Path | None, chosen: dict[str, Any]) -> N
 
     output = output or Path(f"{stem(source)}.png")
     check_image_path(output)
-    options.check_outputs([output], [source])
+    store = _store(output, [source], chosen)
     width, height = chosen["size"] if options.is_given("size") else (None, None)
     changes = SceneChanges(
         dict(chosen["define"]), chosen["sensor"], width, chosen["height"] or height
@@ -56,7 +78,7 @@ def render_scene(source: Path, output: Path | None, chosen: dict[str, Any]) -> N
     with variant_in_use(chosen["variant"]):
         shown = output.suffix.lower() != ".exr"
         rendering = SceneRendering(
-            source, chosen["spp"], chosen["seed"], changes, clean, colors=shown
+            source, chosen["spp"], chosen["seed"], changes, clean, colors=shown, store=store
         )
         show = line.parts("rendering")
         try:
@@ -70,6 +92,7 @@ def render_scene(source: Path, output: Path | None, chosen: dict[str, Any]) -> N
             raise
         picture = rendering.finished()
         picture.write(output)
+    store.remove()
     height, width = picture.values.shape[:2]
     data = {"output": str(output), "width": width, "height": height}
     report(f"{output}: {width} x {height} pixels", data)
@@ -82,7 +105,7 @@ def render_reflectance(source: Path, output: Path | None, chosen: dict[str, Any]
     _check_shape(source, chosen, "a reflectance", scene.SHAPES, scene.LIGHTS)
     output = output or Path(f"{stem(source)}.png")
     check_image_path(output)
-    options.check_outputs([output], [source])
+    store = _store(output, [source, chosen["environment"]], chosen)
     spp = chosen["spp"] or default_spp(chosen["denoise"])
     width, height = chosen["size"]
     height = chosen["height"] or height or width
@@ -100,8 +123,10 @@ def render_reflectance(source: Path, output: Path | None, chosen: dict[str, Any]
         environment,
         line.parts("rendering", spp),
         chosen["denoise"],
+        store,
     )
     write_image(image, output)
+    store.remove()
     data = {"output": str(output), "width": width, "height": height, "samples_per_pixel": spp}
     report(f"{output}: {width} x {height} pixels, {spp} samples per pixel", data)
 
@@ -137,15 +162,23 @@ def render_texture(source: Path, output: Path | None, chosen: dict[str, Any]) ->
         "shape": chosen["shape"] or texture_scene.GEOMETRIES[0],
         "spp": chosen["spp"] or default_spp(chosen["denoise"], TEXTURE_SPP),
     }
+    if frames and chosen["resume"]:
+        raise click.UsageError("--resume is for pictures; frames are rendered again")
+    store = _store(
+        output, [source, reference, chosen["height_field"], chosen["environment"]], chosen
+    )
+    del chosen["resume"]
     lighting = chosen.pop("environment")
     view = TextureView(**chosen)
     check_texture_view(output, view, compared=reference is not None)
-    options.check_outputs([output], [source, reference, view.height_field])
     view = replace(view, environment=_environment(lighting))
     texture = load_btf(source)
     compared = load_btf(reference) if reference else None
     names = (reference.name, source.name) if reference else ("", "")
-    made = render_texture(texture, output, view, reference=compared, names=names, start=progress)
+    made = render_texture(
+        texture, output, view, reference=compared, names=names, start=progress, store=store
+    )
+    store.remove()
     text = f"{made.width} x {made.height} pixels, {view.spp} samples per pixel"
     if frames:
         text = f"{frames} frames of {text}"

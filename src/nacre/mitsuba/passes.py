@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
@@ -15,12 +16,15 @@ from nacre.io.memory import available_memory
 from nacre.mitsuba.engine import mitsuba
 from nacre.mitsuba.kernels import release_kernels
 from nacre.runtime.interrupts import uninterrupted
+from nacre.runtime.store import Store
 
 PASS = 16
 """The most samples per pixel in one pass."""
 WHOLE = 1 << 22
 """The most samples of all pixels in one pass where passes are as long as they may be: more take
 seconds, for which Ctrl-C would wait."""
+KEEP_EVERY = 45.0
+"""Seconds between saves of what is rendered, where it is kept."""
 
 # The most samples of all pixels in one pass, and about how much memory each takes.
 _MAX_SAMPLES, _SAMPLE_BYTES = 1 << 24, 32
@@ -123,6 +127,10 @@ class Accumulation:
     own_seed
         Whether the first part is rendered with Mitsuba's seed `seed`, not with one made from it: a
         picture in one part is then the one that Mitsuba renders.
+    store
+        Keeps what is rendered, for another process to go on; the caller removes it.
+    name
+        Of this picture in the store.
     """
 
     def __init__(
@@ -134,13 +142,17 @@ class Accumulation:
         integrator: Any = None,
         sensor: int = 0,
         own_seed: bool = False,
+        store: Store | None = None,
+        name: str = "",
     ) -> None:
         self._scene, self._integrator, self._sensor = scene, integrator, sensor
+        self._store, self._name, self._began = store or Store(None), name, time.monotonic()
         self._film = scene.sensors()[sensor].film()
         width, height = (int(v) for v in self._film.crop_size())
         starts = range(0, height, rows or height)
         self._parts = [slice(start, min(start + starts.step, height)) for start in starts]
-        self._sizes = sizes
+        self._steps = [(samples, part) for samples in sizes for part in self._parts]
+        self._taken = 0
         seeds = np.random.SeedSequence(seed).generate_state(len(sizes) * len(starts))
         self._seeds = [int(each) for each in seeds]
         if own_seed:
@@ -153,15 +165,45 @@ class Accumulation:
     def passes(self) -> Iterator[int]:
         """Render; yields the samples per pixel so far after each pass.
 
-        Raises NacreError if memory runs out.
+        Raises NacreError if memory runs out, or the store keeps another picture.
         """
         mi = mitsuba()
         release_kernels()
-        seeds = iter(self._seeds)
-        for samples in self._sizes:
-            for part in self._parts:
-                self._render(mi, part, samples, next(seeds))
-            yield self.done
+        self._restore()
+        for number in range(self._taken, len(self._steps)):
+            samples, part = self._steps[number]
+            try:
+                self._render(mi, part, samples, self._seeds[number])
+            except KeyboardInterrupt:
+                # What took no time is not worth a file.
+                if time.monotonic() - self._began > KEEP_EVERY:
+                    self._keep()
+                raise
+            if self._store.due(KEEP_EVERY):
+                self._keep()
+            if part is self._parts[-1]:
+                yield self.done
+
+    def _keep(self) -> None:
+        """Put what is rendered into the store; the last part gives the picture its form, and is
+        rendered again.
+        """
+        if self._taken < len(self._steps):
+            with uninterrupted():
+                state = {"taken": self._taken, "counts": self._counts, "total": self._total}
+                self._store.save(state, self._name)
+
+    def _restore(self) -> None:
+        kept = self._store.load(self._name)
+        if kept is None:
+            return
+        with self._store.readable(self._name):
+            taken, counts, total = kept["taken"], kept["counts"], kept["total"]
+            if counts.shape != self._counts.shape or total.shape[:2] != self._total.shape[:2]:
+                raise ValueError(f"the picture is {total.shape}")
+            if type(taken) is not int or not 0 <= taken < len(self._steps):
+                raise ValueError(f"part {taken!r:.20} of {len(self._steps)}")
+            self._taken, self._counts, self._total = taken, counts.copy(), total.copy()
 
     @property
     def done(self) -> int:
@@ -186,6 +228,7 @@ class Accumulation:
                 self._total = np.zeros((*self._total.shape[:2], values.shape[-1]))
             self._total[part] += samples * values
             self._counts[part] += samples
+            self._taken += 1
 
     def mean(self) -> npt.NDArray[np.float64]:
         """The picture so far, shape (height, width, channels): 0 where nothing is rendered yet."""
@@ -219,12 +262,14 @@ def accumulate(
     seed: int,
     rows: int | None = None,
     integrator: Any = None,
+    store: Store | None = None,
+    name: str = "",
 ) -> Iterator[tuple[int, npt.NDArray[np.float64]]]:
     """Render a scene in passes of some `sizes`; yields samples per pixel so far, and their mean.
 
     See :class:`Accumulation`, whose arguments these are.
     """
-    accumulation = Accumulation(scene, sizes, seed, rows, integrator)
+    accumulation = Accumulation(scene, sizes, seed, rows, integrator, store=store, name=name)
     for done in accumulation.passes():
         yield done, accumulation.mean()
 

@@ -31,6 +31,7 @@ from nacre.mitsuba.passes import (
 )
 from nacre.mitsuba.plugins import bsdf
 from nacre.mitsuba.scene import describe_scene
+from nacre.runtime.store import Store
 
 DISPLAY_IMAGES = (".png", ".jpg", ".jpeg")
 """Endings of the files that :func:`write_bytes` writes."""
@@ -57,6 +58,7 @@ def render_preview(
     environment: Environment | None = None,
     progress: Callable[[float], None] | None = None,
     denoise: bool = True,
+    store: Store | None = None,
 ) -> Image:
     """Render a material on an object by path tracing.
 
@@ -83,6 +85,8 @@ def render_preview(
         Called with the finished fraction, in (0, 1], after each pass.
     denoise
         Whether to remove noise, where the denoiser is installed.
+    store
+        See :class:`nacre.mitsuba.passes.Accumulation`.
 
     Returns
     -------
@@ -109,7 +113,7 @@ def render_preview(
     mitsuba()
     shown = bsdf(material) if isinstance(material, Brdf | Btf) else material
     scene = describe_scene(shown, shape, light, (width, height), environment)
-    return render_scene(scene, spp, seed, progress, denoise)
+    return render_scene(scene, spp, seed, progress, denoise, store)
 
 
 def default_spp(denoise: bool = True, plain: int = PLAIN_SPP) -> int:
@@ -123,6 +127,8 @@ def render_scene(
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     denoise: bool = False,
+    store: Store | None = None,
+    name: str = "",
 ) -> Image:
     """Render a scene, or the dictionary of one; see :func:`render_preview` for the rest.
 
@@ -141,7 +147,9 @@ def render_scene(
     sizes = pass_sizes([spp], plan.samples)
     picture: npt.NDArray[np.float64] = np.zeros((1, 1, 3))
     with wavefronts() if wavefront else nullcontext():
-        for done, picture in accumulate(loaded, sizes, seed, plan.rows):  # noqa: B007 - the last
+        for done, picture in accumulate(  # noqa: B007 - the last
+            loaded, sizes, seed, plan.rows, store=store, name=name
+        ):
             if progress is not None:
                 progress(done / spp)
         if clean:

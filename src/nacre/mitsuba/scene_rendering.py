@@ -24,6 +24,7 @@ from nacre.mitsuba.passes import (
 )
 from nacre.mitsuba.preview import first_hits
 from nacre.mitsuba.scene_file import SceneChanges, load_changed_scene, scene_reason
+from nacre.runtime.store import Store
 
 _NO_BANDS = frozenset({"BatchSensor"})
 """Sensors whose films cannot be cropped to rows."""
@@ -50,6 +51,8 @@ class SceneRendering:
         normals are those that the scene's `aov` integrator is asked for, or rendered for this.
     colors
         Whether the film must hold colors, as it must to be denoised or written as `.png`.
+    store
+        See :class:`nacre.mitsuba.passes.Accumulation`.
 
     Raises
     ------
@@ -69,6 +72,7 @@ class SceneRendering:
         changes: SceneChanges | None = None,
         denoise: bool = False,
         colors: bool = False,
+        store: Store | None = None,
     ) -> None:
         changes = changes or SceneChanges()
         if denoise:
@@ -98,7 +102,13 @@ class SceneRendering:
         self._rows = height if sensor.class_name() in _NO_BANDS else plan.rows
         sizes = pass_sizes([self.spp], plan.samples)
         self._parts = Accumulation(
-            loaded.scene, sizes, seed, self._rows, sensor=loaded.sensor, own_seed=True
+            loaded.scene,
+            sizes,
+            seed,
+            self._rows,
+            sensor=loaded.sensor,
+            own_seed=True,
+            store=store,
         )
 
     @property

@@ -13,6 +13,7 @@ from nacre.errors import NacreError
 from nacre.io.files import PathLike
 from nacre.mitsuba.environment import Environment
 from nacre.runtime.progress import Progress, silent
+from nacre.runtime.store import Store
 
 if TYPE_CHECKING:
     from nacre.array import Floats
@@ -84,6 +85,7 @@ def render_texture(
     reference: Btf | None = None,
     names: tuple[str, str] = ("Reference", "Model"),
     start: Callable[[str], Progress] = lambda name: silent,
+    store: Store | None = None,
 ) -> RenderedTexture:
     """Render a measured or encoded texture to a picture or an animation.
 
@@ -97,6 +99,8 @@ def render_texture(
         Captions of the reference and of the texture.
     start
         Called with the name of each texture; the result is called with the progress.
+    store
+        Keeps pictures so far, for another process to go on; frames are not kept.
 
     Raises
     ------
@@ -112,10 +116,11 @@ def render_texture(
 
     view, output = view or TextureView(), Path(output)
     check_texture_view(output, view, compared=reference is not None)
-    shown = list(texture_pictures(texture, view, start(texture.name)))
+    shown = list(texture_pictures(texture, view, start(texture.name), store))
     expected = []
     if reference is not None:
-        expected = list(texture_pictures(reference, view, start(reference.name)))
+        report = start(reference.name)
+        expected = list(texture_pictures(reference, view, report, store, "reference"))
     width = height = view.size
     pages: Iterable[Bytes] = (display_bytes(tone_map(picture)) for picture in shown)
     mse = temporal = None
@@ -142,7 +147,13 @@ def error_text(mse: float) -> str:
     return f"MSE x 1e4 {1e4 * mse:.3g}, noise included"
 
 
-def texture_pictures(btf: Btf, view: TextureView, report: Progress = silent) -> Iterator[Floats]:
+def texture_pictures(
+    btf: Btf,
+    view: TextureView,
+    report: Progress = silent,
+    store: Store | None = None,
+    name: str = "",
+) -> Iterator[Floats]:
     """Render a texture to one picture, or to the frames of an animation.
 
     Yields
@@ -187,7 +198,7 @@ def texture_pictures(btf: Btf, view: TextureView, report: Progress = silent) -> 
         bsdf, view.shape, view.light, size, view.angle, view.environment, standing=standing
     )
     if view.frames is None:
-        yield render_scene(scene, view.spp, view.seed, progress, view.denoise)
+        yield render_scene(scene, view.spp, view.seed, progress, view.denoise, store, name)
         return
     directions = light_path(way, view.frames, view.angle, view.shape)
     for picture in render_moving(scene, directions, view.spp, view.seed, progress):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ import nacre.runtime.parallel
 from nacre.errors import NacreError
 from nacre.measured.textures.domes import pairs
 from nacre.textures.capture import Mesostructure, capture, gonioreflectometer
+from nacre.textures.capture.gonioreflectometer import Capture
 from tests.oracles.mitsuba_capture import diffuse_under_ggx, reference
 from tests.textures.capture.surfaces import CELLS, bumps, directions
 from tests.tiers import tiered
@@ -186,6 +189,19 @@ def test_values_of_large_textures_lie_in_a_file(monkeypatch: pytest.MonkeyPatch)
     mapped = capture(surface, wi, wo, 6, samples=2).values
     assert isinstance(mapped, np.memmap)
     assert np.array_equal(mapped, whole)
+
+
+def test_texels_measured_when_asked_for_are_those_of_the_whole() -> None:
+    surface = bumps(0.05, PATCHES, 0.05)
+    wi, wo = pairs(LIGHTS, VIEWS)
+    whole = capture(surface, wi, wo, 5, 4, samples=3, seed=2)
+    found = Capture(surface, wi, wo, 5, 4, samples=3, seed=2)
+    chosen, some = np.array([17, 3, 4, 5, 0]), np.array([2, 0])
+    for one in (found, pickle.loads(pickle.dumps(found))):
+        np.testing.assert_array_equal(one.texels(chosen), whole.texels(chosen))
+        np.testing.assert_array_equal(one.texels(slice(7, 12)), whole.texels(slice(7, 12)))
+    np.testing.assert_array_equal(found.texels_at(chosen, some), whole.texels_at(chosen, some))
+    np.testing.assert_array_equal(found.images(slice(1, 3)), whole.images(slice(1, 3)))
 
 
 def test_values_without_room_are_refused_before_work_begins() -> None:
