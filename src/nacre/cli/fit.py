@@ -80,12 +80,11 @@ from nacre.errors import FormatError
     "Texels held at a time.",
     option("--resume", applies="btf", is_flag=True),
     "Resume the same command where it stopped.",
-    option("--scheduler", applies="brdf", group="a cluster", metavar="ADDRESS"),
+    option("--scheduler", group="a cluster", metavar="ADDRESS"),
     "Dask cluster (extra: cluster): tcp://HOST:8786, or local for processes on this machine.",
     option(
         "--data",
         ["auto", "path", "content"],
-        applies="brdf",
         group="a cluster",
         metavar="KIND",
         default="auto",
