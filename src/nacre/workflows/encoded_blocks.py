@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -57,6 +57,10 @@ class BlockEncoder:
     dtype: np.dtype[Any]
     compared: int
     name: str
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is pickled: not what is made from it."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     @cached_property
     def encode(self) -> TexelMap:
@@ -146,9 +150,9 @@ class EncodedBlocks:
         self._records.add(map(self._record, self._unsaved))
         self._unsaved, self._saved = [], time.monotonic()
 
-    def save_if_due(self, seconds: float = SAVE_EVERY) -> None:
-        """Save if so much time has passed since the last save, or since the start."""
-        if time.monotonic() - self._saved > seconds:
+    def save_if_due(self) -> None:
+        """Save if :data:`SAVE_EVERY` has passed since the last save, or since the start."""
+        if time.monotonic() - self._saved > SAVE_EVERY:
             self.save()
 
     def _take(self, index: int, found: EncodedBlock) -> None:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from nacre.btf import Btf
 from nacre.errors import FormatError
 from nacre.formats import load_btf
@@ -60,7 +62,7 @@ class _Pickler(pickle.Pickler):
     """Refuses large arrays before they are copied."""
 
     def reducer_override(self, value: Any) -> Any:
-        if getattr(value, "nbytes", 0) > _SMALL:
+        if isinstance(value, np.ndarray) and value.nbytes > _SMALL:
             raise _LargeError
         return NotImplemented
 
