@@ -89,7 +89,7 @@ from nacre.errors import FormatError
         metavar="KIND",
         default="auto",
     ),
-    "Delivery of measured files to workers: by path, content, or as suits each.",
+    "Delivery of measurements to workers: by path, content, or as suits each.",
     plans=True,
     reads=True,
 )
