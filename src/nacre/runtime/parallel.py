@@ -84,12 +84,9 @@ def one_of_many() -> None:
 
 
 def thread_map(function: Callable[[_In], _Out], items: Iterable[_In]) -> Iterator[_Out]:
-    """`map(function, items)` with one thread per core, in order; see :func:`one_blas_thread`.
-
-    As in :func:`thread_slices`, one of many threads does them one after the other.
-    """
+    """`map(function, items)` with one thread per core, in order; see :func:`one_blas_thread`."""
     with one_blas_thread():
-        pool = ThreadPoolExecutor(free_cores(), initializer=one_of_many)
+        pool = ThreadPoolExecutor(core_count(), initializer=one_of_many)
         try:
             yield from pool.map(function, items)
         finally:  # an error or an interrupt must not wait for what has not begun

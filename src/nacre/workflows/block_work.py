@@ -7,7 +7,7 @@ import pickle
 import threading
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache, partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -98,7 +98,7 @@ class Blocks(Work[Block, EncodedBlock | Failure]):
                     btf = parts.texture
                 except (FormatError, OSError) as error:
                     return Unread(f"on worker {here.address}: {error}")
-                with parts.lock:
+                with _LOCK:  # files are read by one thread at a time
                     content = btf.texels(block)
             return parts.encoder(block.start, content)
         except NacreError as error:
@@ -118,11 +118,13 @@ class _Parts:
 
     def __init__(self, encoder: BlockEncoder, opener: Callable[[], Btf]) -> None:
         self.encoder, self._opener = encoder, opener
-        self.lock = threading.Lock()
+        self._texture: Btf | None = None
 
-    @cached_property
+    @property
     def texture(self) -> Btf:
-        return self._opener()
+        with _LOCK:
+            self._texture = self._texture or self._opener()
+            return self._texture
 
 
 _LOCK = threading.Lock()  # makes threads that ask for the same wait for one answer
