@@ -185,6 +185,19 @@ def test_a_capture_is_encoded_as_it_is_measured(felt, capsys, monkeypatch):
         assert f"{option[0]} is for codes (.safetensors)" in capsys.readouterr().err
 
 
+@pytest.mark.slow
+def test_a_local_cluster_writes_the_same_file(felt, capsys):
+    pytest.importorskip("distributed", reason="needs the extra 'cluster'")
+    assert run(*ENCODE, "--texels-per-block", 3) == 0
+    whole = Path("felt.safetensors").read_bytes()
+    Path("felt.safetensors").unlink()
+    capsys.readouterr()
+    assert run(*ENCODE, "--texels-per-block", 3, "--scheduler", "local", quiet=False) == 0
+    assert Path("felt.safetensors").read_bytes() == whole
+    assert "dashboard: http://127.0.0.1:" in capsys.readouterr().err
+    assert not Path("felt.safetensors.state").exists()
+
+
 @pytest.fixture
 def photographs(tmp_path):
     """A list of two photographs of 4 x 5 pixels."""
@@ -283,6 +296,9 @@ def test_the_model_that_comes_along_encodes_an_unseen_capture(tmp_path, monkeypa
     [
         (("fit", "felt.npz", "-o", "x.npz", "--codec", "model.safetensors"), "a .safetensors"),
         (("fit", "felt.npz", "-o", "x.safetensors", "--codec", "no"), "no: no such file"),
+        ((*ENCODE, "--scheduler", "host"), "'host' is neither local nor like tcp://host:8786"),
+        ((*ENCODE, "--scheduler", "local", "--jobs", "2"), "--jobs is for reflectances (BRDFs)"),
+        ((*ENCODE, "--data", "path"), "--data is for a cluster; add its --scheduler"),
         (
             ("fit", "felt.npz", "-o", "model.safetensors", "--codec", "model.safetensors"),
             "is the input as well",

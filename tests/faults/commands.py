@@ -249,6 +249,17 @@ LONG = {
         states=("codes.safetensors.state*",),
         called="nacre fit",
     ),
+    "encode-cluster": Long(
+        _nacre(
+            "fit inputs/cloth0.npz -o out/codes.safetensors --resume --texels-per-block 16 "
+            "--scheduler {url}"
+        ),
+        {"cloth0.npz": ("npz", 0)},
+        ("codes.safetensors",),
+        states=("codes.safetensors.state*",),
+        called="nacre fit",
+        service=_cluster,
+    ),
     "capture": Long(
         _nacre(
             "btf capture fabric01 -o out/cloth.npz --texels 16 --paths 16 "

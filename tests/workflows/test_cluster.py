@@ -23,10 +23,12 @@ from nacre.workflows import (
     NetworkFitting,
     Watcher,
     fit_library,
+    fit_work,
     submission,
 )
 from nacre.workflows import run as module
-from nacre.workflows.worker import Setup, Task, work
+from nacre.workflows.fit_work import Fits
+from nacre.workflows.worker import Setup, Task, carry_out
 from tests.tiers import tiered
 from tests.workflows.processes import ALLOWED_FAILURES, Scheduler, scheduler
 from tests.workflows.support import QUICK, RECIPE, contents, eventually, lines, sources, table
@@ -154,12 +156,12 @@ def test_contents_are_sent_where_a_worker_has_another_file(
     cluster, folder, output, here, monkeypatch
 ):
     """The owner hashes another file than workers find, as on machines that share nothing."""
-    digest = submission.digest
+    digest = fit_work.digest
 
     def other(path):
         return digest(path) if path.name in "abc" else "0" * 64
 
-    monkeypatch.setattr(submission, "digest", other)
+    monkeypatch.setattr(fit_work, "digest", other)
     monkeypatch.setattr(submission, "_MOST_BYTES", 1)
     outcome = fit_library([folder], output, QUICK, executor=Cluster(cluster.address, data="path"))
     assert len(outcome.failed) == 6
@@ -249,15 +251,15 @@ def test_other_versions_and_settings_are_refused(cluster, folder, output, tmp_pa
 def test_a_setting_that_only_one_side_knows_is_a_difference():
     older = NetworkFitting(RECIPE)
     object.__delattr__(older, "recipe")
-    setup = Setup(older, QUICK.digest, nacre.__version__, QUICK.code(), "topic", 1.0)
+    setup = Setup(Fits(older), QUICK.digest, nacre.__version__, QUICK.code(), "topic", 1.0)
     with pytest.raises(NacreError, match="with other settings"):
-        work(setup, Task("token", "a.binary", "", None))
+        carry_out(setup, Task("token", ("a.binary", ""), None))
 
 
 def test_a_worker_of_other_code_is_refused():
-    setup = Setup(QUICK, QUICK.digest, nacre.__version__, "other", "topic", 1.0)
+    setup = Setup(Fits(QUICK), QUICK.digest, nacre.__version__, "other", "topic", 1.0)
     with pytest.raises(NacreError, match="with other code than the run's"):
-        work(setup, Task("token", "a.binary", "", None))
+        carry_out(setup, Task("token", ("a.binary", ""), None))
 
 
 @pytest.mark.slow

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import os
+import random
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,10 +25,12 @@ from nacre.metrics.texture_comparison import compare_textures
 from nacre.metrics.texture_errors import ErrorSums
 from nacre.textures import LatentMap, NeuralBtf
 from nacre.textures.codecs.basis.codec import BasisCodec
+from nacre.workflows import encoded_blocks
 from nacre.workflows import encoding as module
 from nacre.workflows.encoding import encode
 from tests.textures.codecs.basis.made import codec
 from tests.textures.support import ByImage
+from tests.workflows.support import eventually
 
 COARSE = pairs(*[BONN.directions[below(BONN.directions, 70.0)][::5]] * 2)
 MADE = np.random.default_rng(8).normal(size=(7, 20, 2)).astype(np.float32)
@@ -107,10 +114,38 @@ def test_what_was_interrupted_goes_on(tmp_path):
     assert read == [60, 80, 100, 120]
     np.testing.assert_array_equal(found.codes, whole.codes)
     assert found.errors == whole.errors
-    for damage in (b"", b"x" * 50, state.read_bytes()[:-1]):
+    for damage in (b"", b"x" * 50, b'{"other": 1}'):
         state.write_bytes(damage)
         with pytest.raises(NacreError, match="cannot be read, remove it"):
             encode(made, codec(), texels_per_block=20, state=state)
+
+
+def test_damage_to_a_state_costs_the_blocks_that_it_hits(tmp_path):
+    made, state = texture(), tmp_path / "state"
+    whole = encode(made, codec(), texels_per_block=20)
+    with pytest.raises(KeyboardInterrupt):
+        encode(Stopping(made.values, *COARSE), codec(), texels_per_block=20, state=state)
+    kept = state.read_bytes()
+    record = (len(kept) - kept.index(b"\n") - 1) // 3
+    for damaged in (
+        kept[:-1],  # a block that was being written
+        kept[: -record + 1],
+        kept[:-record],
+        kept[:-1] + bytes([kept[-1] ^ 1]),
+        kept[: -2 * record - 1] + bytes([kept[-2 * record - 1] ^ 1]) + kept[-2 * record :],
+    ):
+        state.write_bytes(damaged)
+        done: list[int] = []
+        found = encode(
+            made,
+            codec(),
+            texels_per_block=20,
+            state=state,
+            progress=lambda stage, count, total, note, done=done: done.append(count),
+        )
+        assert done == [60, 80, 100, 120, 140]  # one block more than were missing
+        np.testing.assert_array_equal(found.codes, whole.codes)
+        assert found.errors == whole.errors
 
 
 def test_codes_that_are_no_numbers_are_an_error():
@@ -124,39 +159,64 @@ def test_codes_that_are_no_numbers_are_an_error():
         encode(texture(), broken, half=True)
 
 
+def test_a_state_gets_what_is_new_only(tmp_path, monkeypatch):
+    """The first bytes stay as they are, and each block adds as many as the one before."""
+    monkeypatch.setattr(encoded_blocks, "SAVE_EVERY", -1.0)
+    state, seen = tmp_path / "state", []
+    encode(
+        texture(),
+        codec(),
+        texels_per_block=20,
+        state=state,
+        progress=lambda *_: seen.append(state.read_bytes()),
+    )
+    assert len(seen) == 7
+    assert len({len(after) - len(before) for before, after in itertools.pairwise(seen)}) == 1
+    assert all(after.startswith(before) for before, after in itertools.pairwise(seen))
+
+
 KILLED = """
 import sys, time
 from pathlib import Path
 from nacre.btf import TableBtf
+from nacre.workflows import encoded_blocks
 from nacre.workflows.encoding import encode
 from tests.textures.codecs.basis.made import codec
 from tests.workflows.test_encoding import COARSE, texture
 
 class Slow(TableBtf):
     def texels(self, chosen):
-        time.sleep(0.1)
+        time.sleep(float(sys.argv[3]))
         return super().texels(chosen)
 
+encoded_blocks.SAVE_EVERY = float(sys.argv[2])
 made = Slow(texture().values, *COARSE)
-encode(made, codec(), texels_per_block=2, state=Path(sys.argv[1]), save_every=0.2)
+encode(made, codec(), texels_per_block=2, state=Path(sys.argv[1]))
 """
+
+
+@contextmanager
+def killed(state: Path, save_every: float, pause: float) -> Iterator[subprocess.Popen[bytes]]:
+    """A process that encodes the texture, and is killed at the end of the block."""
+    path = os.pathsep.join(filter(None, [*sys.path]))
+    arguments = [sys.executable, "-c", KILLED, state, save_every, pause]
+    process = subprocess.Popen([*map(str, arguments)], env={**os.environ, "PYTHONPATH": path})
+    try:
+        yield process
+    finally:
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+
+
+def grown(state: Path, size: int) -> bool:
+    return state.exists() and state.stat().st_size > size
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="kills a process as Unix does")
 def test_a_killed_process_loses_what_was_not_saved_only(tmp_path):
     state = tmp_path / "state"
-    path = os.pathsep.join(filter(None, [*sys.path]))
-    process = subprocess.Popen(
-        [sys.executable, "-c", KILLED, str(state)], env={**os.environ, "PYTHONPATH": path}
-    )
-    try:
-        for _ in range(300):
-            if state.exists() or process.poll() is not None:
-                break
-            time.sleep(0.05)
-    finally:
-        process.send_signal(signal.SIGKILL)
-        process.wait()
+    with killed(state, 0.2, 0.1) as process:
+        eventually(lambda: grown(state, 1000) or process.poll() is not None)
     assert state.exists()
     began: list[int] = []
     found = encode(
@@ -168,7 +228,32 @@ def test_a_killed_process_loses_what_was_not_saved_only(tmp_path):
     )
     assert began[0] > 2
     whole = encode(texture(), codec(), texels_per_block=2)
-    np.testing.assert_allclose(found.codes, whole.codes, rtol=1e-4, atol=1e-4)
+    np.testing.assert_array_equal(found.codes, whole.codes)
+    assert found.errors == whole.errors
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="kills a process as Unix does")
+def test_processes_killed_at_any_moment_leave_what_can_be_gone_on_with(tmp_path):
+    state, dice, sizes = tmp_path / "state", random.Random(4), [0]
+    for _ in range(8):
+        with killed(state, -1.0, 0.002) as process:
+            eventually(lambda: grown(state, sizes[-1]) or process.poll() is not None)
+            time.sleep(dice.uniform(0.0, 0.05))
+        sizes.append(state.stat().st_size)
+    assert sizes == sorted(sizes)
+    began: list[int] = []
+    found = encode(
+        texture(),
+        codec(),
+        texels_per_block=2,
+        state=state,
+        progress=lambda stage, done, total, note: began.append(done),
+    )
+    assert not began or began[0] > 8
+    whole = encode(texture(), codec(), texels_per_block=2)
+    np.testing.assert_array_equal(found.codes, whole.codes)
+    assert found.errors == whole.errors
 
 
 def test_textures_are_compared_at_the_same_pairs():

@@ -1,5 +1,5 @@
-"""Libraries on a Dask cluster of one machine: scaling, bytes sent, and what a material costs beside
-its fit.
+"""Libraries and a texture on a Dask cluster of one machine: scaling, bytes sent, what a material
+costs beside its fit, what a killed worker costs.
 
 Scheduler and workers are processes of their own; a proxy counts what passes between this process
 and the scheduler. `python -m lab.studies.speed.cluster --help`.
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import socket
 import statistics
 import sys
@@ -16,21 +17,24 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import psutil
 from distributed import Client
 from distributed.deploy.subprocess import SubprocessCluster
 
 from lab.studies.study import Study, prevent_oversubscription, rgl_tables
 from nacre.brdf import Brdf
+from nacre.formats import load_btf
 from nacre.io.files import digest
 from nacre.measured import merl
 from nacre.measured.merl import Resolution
 from nacre.neural import Recipe
-from nacre.runtime.progress import Progress
+from nacre.runtime.progress import Progress, silent
+from nacre.textures.codecs.codec_file import load_codec
 from nacre.workflows import (
     Cluster,
     Executor,
@@ -40,9 +44,14 @@ from nacre.workflows import (
     Watcher,
     fit_library,
 )
+from nacre.workflows.block_work import BlockWorkers
+from nacre.workflows.encoding import Encoding, encode
 from nacre.workflows.executor import Job, Results, Stream
+from nacre.workflows.identity import source_fingerprint
 from nacre.workflows.manifest import Record
 from nacre.workflows.material import Fit
+from nacre.workflows.openers import TextureFile
+from nacre.workflows.submission import Data
 from tests.oracles.reflectances import Glossy
 
 MATERIALS = 1000
@@ -222,15 +231,80 @@ def _through(executor: Executor, paths: list[Path]) -> Cost:
         return Cost(time.perf_counter() - start, time.process_time() - own)
 
 
+def texture_blocks(path: Path, texels: int, rounds: int) -> list[tuple[str, ...]]:
+    """A row for each way to encode a texture: medians of turns, one after the other."""
+    btf, codec = load_btf(path), load_codec("basis")
+    opener = TextureFile(path.absolute(), None, None, source_fingerprint(path))
+    blocks = -(-btf.texel_count // texels)
+
+    def run(
+        address: str | None, data: Data = "path", progress: Progress = silent
+    ) -> tuple[float, Encoding]:
+        workers = BlockWorkers(Cluster(address, data=data), opener) if address else None
+        start = time.perf_counter()
+        found = encode(btf, codec, texels_per_block=texels, workers=workers, progress=progress)
+        return time.perf_counter() - start, found
+
+    with ExitStack() as stack:
+        (one, _), (two, _) = (stack.enter_context(cluster(count)) for count in (1, 2))
+        ways: dict[str, Callable[[], tuple[float, Encoding]]] = {
+            "one process": lambda: run(None),
+            "1 worker, --data path": lambda: run(one),
+            "2 workers, --data path": lambda: run(two),
+            "2 workers, --data content": lambda: run(two, "content"),
+            "2 workers, one killed": lambda: run(two, progress=_Killer(two, btf.texel_count // 3)),
+        }
+        first = run(None)[1]
+        for address in (one, two):
+            run(address)
+        turns = []
+        for _ in range(rounds):
+            with Client(two, set_as_default=False) as client:
+                client.wait_for_workers(2)  # the killed one is started again
+            turns.append({name: way() for name, way in ways.items()})
+    rows = []
+    for name in ways:
+        seconds = statistics.median(turn[name][0] for turn in turns)
+        whole = statistics.median(turn["one process"][0] / turn[name][0] for turn in turns)
+        same = all(
+            np.array_equal(found.codes, first.codes) and found.errors == first.errors
+            for _, found in (turn[name] for turn in turns)
+        )
+        rate = f"{blocks / seconds:.1f}"
+        rows.append((name, rate, f"{whole:.2f}x", "yes" if same else "no"))
+    return rows
+
+
+class _Killer:
+    """Kills a worker when so many texels are done."""
+
+    def __init__(self, address: str, texels: int) -> None:
+        self._address, self._texels = address, texels
+
+    def __call__(self, stage: str, done: int, total: int, note: str) -> None:
+        """See :class:`nacre.runtime.progress.Progress`."""
+        if done >= self._texels:
+            self._texels = total + 1
+            with Client(self._address, set_as_default=False) as client:
+                os.kill(min(client.run(os.getpid).values()), signal.SIGKILL)
+
+
 def main() -> None:
-    """Print two Markdown tables."""
+    """Print Markdown tables."""
     study = Study(__doc__, __file__)
     study.add_argument("--epochs", type=int, default=100)
     study.add_argument("--materials", type=int, default=14, help="fits; even, for two workers")
     study.add_argument("--no-costs", action="store_true", help="leave out the first table")
     study.add_argument("--no-fits", action="store_true", help="leave out the second table")
+    study.add_argument("--texture", type=Path, help="file; for the third table")
+    study.add_argument("--texels", type=int, default=32, help="per block of the texture")
+    study.add_argument("--rounds", type=int, default=5, help="turns of the third table")
     options = study.options()
     prevent_oversubscription()
+    if options.texture:
+        rows = texture_blocks(options.texture, options.texels, options.rounds)
+        columns = "way", "blocks a second", "speed of one process", "same bits"
+        study.table(columns, rows, "textures")
     tables = rgl_tables()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name, "in")

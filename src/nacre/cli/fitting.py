@@ -31,14 +31,21 @@ from nacre.workflows.watcher import Watcher
 
 if TYPE_CHECKING:
     from nacre.textures.limit import Rate
-    from nacre.workflows import Executor, FittedFile, Fitting, Record
+    from nacre.workflows import Cluster, Executor, FittedFile, Fitting, Record
 
 _RECIPE = ("inputs", "hidden", "precision", "samples", "seed", "gain", "sampling", "physical")
 _SHOWN = 5
 """Most files named from a list that may be long."""
 
 
-class RunWatcher(Watcher):
+class ClusterWatcher(Watcher):
+    """Shows where a cluster has its dashboard."""
+
+    def dashboard(self, link: str) -> None:
+        aside(f"dashboard: {link}")
+
+
+class RunWatcher(ClusterWatcher):
     """Shows the progress of a run: one line for the whole, and one for each fit in work."""
 
     def __init__(self, title: str) -> None:
@@ -47,9 +54,6 @@ class RunWatcher(Watcher):
         self._whole = progress(title)
         self._total = self._done = self._failed = 0
         self._whole("looking for changes", 0, 0)
-
-    def dashboard(self, link: str) -> None:
-        aside(f"dashboard: {link}")
 
     def begin(self, materials: int) -> None:
         self._total = materials
@@ -83,7 +87,7 @@ def fit_reflectances(paths: Sequence[Path], output: str | None, chosen: Mapping[
 
     folders = any(path.is_dir() and not is_one_material(path) for path in paths)
     ending = _fitting(chosen).ending
-    if folders or chosen["scheduler"] is not None:
+    if folders:
         check_alone()
     if output == "-":
         if ending != ".json" or len(paths) > 1 or folders:
@@ -193,19 +197,27 @@ def _spectral(
 
 def _executor(chosen: Mapping[str, Any]) -> Executor | None:
     """What carries out the fits, or None for the usual executor."""
-    from nacre.workflows import Cluster, Threads
+    from nacre.workflows import Threads
+
+    # On a device, materials train together unless --jobs limits them.
+    return _cluster(chosen) or (Threads(chosen["jobs"]) if chosen["jobs"] else None)
+
+
+def _cluster(chosen: Mapping[str, Any]) -> Cluster | None:
+    """The cluster of `--scheduler`."""
+    from nacre.workflows import Cluster
     from nacre.workflows.cluster import LOCAL
 
     scheduler, jobs, data = chosen["scheduler"], chosen["jobs"], chosen["data"]
     if scheduler is None:
         if data != "auto":
             raise click.BadParameter("--data is for a cluster; add its --scheduler")
-        # On a device, materials train together unless --jobs limits them.
-        return Threads(jobs) if jobs else None
+        return None
     if scheduler != LOCAL and "://" not in scheduler:
         raise click.BadParameter(f"{scheduler!r} is neither {LOCAL} nor like tcp://host:8786")
     if scheduler != LOCAL and jobs:
         raise click.BadParameter("--jobs is for this machine; a cluster runs one fit per thread")
+    check_alone()
     return Cluster(scheduler, data=data, workers=jobs)
 
 
@@ -289,7 +301,7 @@ def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> 
         raise click.BadParameter("--directions is for folders of images; leave it out")
     if codec is not None:
         expect(codec, "a texture codec")
-    rate = chosen_rate(chosen)
+    rate, cluster = chosen_rate(chosen), _cluster(chosen)
     if rate is not None and options.is_given("precision"):
         raise click.UsageError("expected --precision, or --bytes-per-texel or --quality")
     if plans.is_wanted():
@@ -309,6 +321,8 @@ def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> 
         rate=rate,
         texels_per_block=chosen["texels_per_block"],
         resume=chosen["resume"],
+        cluster=cluster,
+        watcher=ClusterWatcher(),
         progress=line,
     )
     report_codes(found, str(source))

@@ -10,7 +10,7 @@ import glob
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -110,19 +110,9 @@ class Store:
                     self.save({"step": step + 1, "state": state()}, name)
                 raise
 
-    @contextmanager
-    def readable(self, name: str = "") -> Iterator[None]:
-        """A block that restores the state of a name, in which damage to it shows in many ways.
-
-        A :class:`NacreError` names the file, and says that removing it begins the work anew.
-        """
-        try:
-            yield
-        except Exception as error:  # a library may be restoring the state
-            if isinstance(error, NacreError) and not isinstance(error, FormatError):
-                raise
-            problem = f"cannot be read, remove it to start over: {reason(error)}"
-            raise NacreError(f"{self.file(name)}: {problem}") from error
+    def readable(self, name: str = "") -> AbstractContextManager[None]:
+        """A block that restores the state of a name; see :func:`readable`."""
+        return readable(self.file(name))
 
     def due(self, seconds: float) -> bool:
         """Whether so much time has passed since a state was saved, or since the start."""
@@ -131,6 +121,21 @@ class Store:
     def remove(self, names: str = "*") -> None:
         for path in self.files(names):
             remove_file(path)
+
+
+@contextmanager
+def readable(path: Path) -> Iterator[None]:
+    """A block that restores a state from a file, in which damage to it shows in many ways.
+
+    A :class:`NacreError` names the file, and says that removing it begins the work anew.
+    """
+    try:
+        yield
+    except Exception as error:  # a library may be restoring the state
+        if isinstance(error, NacreError) and not isinstance(error, FormatError):
+            raise
+        problem = f"cannot be read, remove it to start over: {reason(error)}"
+        raise NacreError(f"{path}: {problem}") from error
 
 
 def restore_optimizer(optimizer: Any, saved: Mapping[str, Any]) -> None:

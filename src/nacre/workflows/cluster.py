@@ -1,21 +1,22 @@
-"""Fits on a Dask cluster."""
+"""Fits, and other work, on a Dask cluster."""
 
 from __future__ import annotations
 
 import logging
 import secrets
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from typing import Any
 
 import nacre
 from nacre.errors import NacreError, reason, require
 from nacre.runtime.parallel import core_count
 from nacre.workflows.executor import Executor, Stream
+from nacre.workflows.fit_work import Fits
 from nacre.workflows.fitting import Fitting
 from nacre.workflows.submission import Data, Submission
 from nacre.workflows.watcher import Watcher
-from nacre.workflows.worker import Setup, check
+from nacre.workflows.worker import JobT, ResultT, Setup, Work, check
 
 LOCAL = "local"
 """Address for worker processes on this machine, started for the run."""
@@ -31,7 +32,7 @@ _MESSAGES = 200
 
 
 class Cluster(Executor):
-    """Fits in the worker processes of a Dask cluster, as many at a time as it has threads.
+    """Work in the worker processes of a Dask cluster, as much at a time as it has threads.
 
     This process reads or hashes the measured files and collects the results.
 
@@ -55,11 +56,19 @@ class Cluster(Executor):
         workers: int | None = None,
         patience: float = 30.0,
     ) -> None:
-        self._address, self._data, self._workers = address, data, workers
-        self._patience = patience
+        self.data = data
+        self._address, self._workers, self._patience = address, workers, patience
+
+    def open(self, fitting: Fitting, watcher: Watcher) -> AbstractContextManager[Stream]:
+        return self.connect(Fits(fitting), watcher)
 
     @contextmanager
-    def open(self, fitting: Fitting, watcher: Watcher) -> Iterator[Stream]:
+    def connect(
+        self, work: Work[JobT, ResultT], watcher: Watcher
+    ) -> Iterator[Submission[JobT, ResultT]]:
+        """Prepare work of any kind, as :meth:`open` does fits: the block gets the stream for its
+        jobs.
+        """
         distributed = require("distributed", "cluster")
         # Otherwise Dask warns about every file that is sent.
         settings = {"distributed.admin.large-graph-warning-threshold": "1 TiB"}
@@ -75,10 +84,9 @@ class Cluster(Executor):
                 watcher.dashboard(client.dashboard_link)
             interval = max(0.5, sum(client.nthreads().values()) / _MESSAGES)
             topic = f"nacre-{secrets.token_hex(8)}"
-            code = fitting.code()
-            setup = Setup(fitting, fitting.digest, nacre.__version__, code, topic, interval)
+            setup = Setup(work, work.digest, nacre.__version__, work.code(), topic, interval)
             self._check(client, setup)
-            yield Submission(client, setup, self._address, self._data, self._patience)
+            yield Submission(client, setup, self._address, self.data, self._patience)
 
     def _client(self, distributed: Any, stack: ExitStack) -> Any:
         """A client of the cluster; a local cluster is started first."""
@@ -105,7 +113,7 @@ class Cluster(Executor):
             raise self._error(f"cannot be used: {reason(error)}") from error
 
     def _check(self, client: Any, setup: Setup) -> None:
-        """Refuse workers that would fail; those that join later are checked by their first fit."""
+        """Refuse workers that would fail; those that join later are checked by their first task."""
         for worker, error in client.run(check, setup, on_error="return").items():
             if isinstance(error, NacreError):
                 raise self._error(f"worker {worker}: {error}") from error

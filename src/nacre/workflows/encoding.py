@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import pickle
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,28 +20,30 @@ from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
 from nacre.formats import load_btf
 from nacre.io.files import PathLike, check_not_inputs, check_writable, digest, remove_file
-from nacre.io.tensors import check_numbers
 from nacre.measured.textures.image_folder import Quantity
 from nacre.measured.textures.transposition import transposed
-from nacre.metrics.texture_errors import Errors, ErrorSums
+from nacre.metrics.texture_errors import Errors
 from nacre.runtime.interrupts import uninterrupted
 from nacre.runtime.progress import Progress, silent
-from nacre.runtime.store import Store
 from nacre.textures.capture.gonioreflectometer import Capture
-from nacre.textures.codecs.codec import TexelCodec, on_all_cores
+from nacre.textures.codecs.codec import TexelCodec
 from nacre.textures.codecs.codec_file import PRETRAINED, codec_path, load_codec
 from nacre.textures.latent_file import check_latent_path, save_latent_map
 from nacre.textures.latent_map import CodecFile, LatentMap, NeuralBtf
 from nacre.textures.limit import Rate
+from nacre.workflows.block_work import BlockWorkers, Results
+from nacre.workflows.cluster import Cluster
+from nacre.workflows.encoded_blocks import BlockEncoder, EncodedBlocks
 from nacre.workflows.identity import source_files, source_fingerprint
+from nacre.workflows.openers import TextureFile
 from nacre.workflows.rating import rated, rated_errors
+from nacre.workflows.submission import EndedError
+from nacre.workflows.watcher import Watcher
 
 BLOCK = 1 << 28
 """Bytes of values read at a time; two such blocks are in memory."""
 _COMPARED = 1 << 23
 """Approximate number of decoded values from which the error is computed."""
-_SAVE_EVERY = 45.0  # seconds
-_LARGEST = 1e100  # number in a state, so that sums stay finite
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,12 +73,13 @@ def encode(
     texels_per_block: int | None = None,
     state: Path | None = None,
     fingerprint: str = "",
-    save_every: float = _SAVE_EVERY,
+    workers: BlockWorkers | None = None,
     progress: Progress = silent,
 ) -> Encoding:
     """The codes of all texels of a texture, and their errors.
 
-    While some texels are encoded, the next are read.
+    While some texels are encoded, the next are read. The result does not depend on the number of
+    cores, nor on where blocks are encoded.
 
     Parameters
     ----------
@@ -89,68 +93,51 @@ def encode(
     texels_per_block
         Texels read at a time; as many as :data:`BLOCK` holds if None.
     state
-        File with the progress, for a later call to resume. The caller removes it once the codes
-        are saved.
+        File with the blocks that are done, for a later call to resume: a killed process loses at
+        most :data:`nacre.workflows.encoded_blocks.SAVE_EVERY` seconds, and Ctrl-C nothing. The
+        caller removes it once the codes are saved.
     fingerprint
         What else must be the same to resume, besides what this function sees.
-    save_every
-        Seconds between saves of the state: a killed process loses no more, and Ctrl-C nothing.
+    workers
+        Where blocks are encoded; in this process if None.
 
     Raises
     ------
     FormatError
         If the texture cannot be read, or the state cannot be written.
     NacreError
-        If the codec is for other directions, a code is not finite, or the state is damaged or
-        belongs to another encoding.
+        If the codec is for other directions, a code is not finite, the state is damaged or belongs
+        to another encoding, or the workers cannot go on; the state then has what is done.
     """
     total = btf.texel_count
     step = texels_per_block or max(1, BLOCK // (12 * btf.pair_count))
     compared = min(btf.pair_count, max(1, _COMPARED // total))
     dtype = np.dtype(np.float16 if half else np.float32)
     sizes = f"{btf.width} {btf.height} {btf.pair_count} {step} {codec.code_dim} {dtype}"
-    store = Store(state, f"{fingerprint} {sizes}")
-    codes = np.empty((total, codec.code_dim), dtype)
-    errors, done = _restored(store, codes)
-    if done < total:
-        encoder = on_all_cores(codec, codec.encoder(btf.wi, btf.wo))
+    same = f"{fingerprint} {sizes}"
+    blocks = EncodedBlocks(total, step, codec.code_dim, dtype, state, same)
+    encoder = BlockEncoder(codec, btf.wi, btf.wo, dtype, compared, btf.name)
+    run = workers.encoded if workers else _encoded
     try:
-        for block, texels in _read_ahead(btf, done, step):
-            with np.errstate(over="ignore"):
-                found = encoder(texels).astype(dtype)
-            if not np.isfinite(found).all():
-                raise NacreError(f"{btf.name}: some texels have codes that are not finite")
-            chosen = _pairs(btf.pair_count, compared, block.start)
-            wi, wo = btf.wi[chosen], btf.wo[chosen]
-            decode = on_all_cores(codec, codec.decoder(wi, wo))
-            decoded = decode(found.astype(np.float32))
-            with uninterrupted():
-                errors.add(texels[:, chosen], decoded, wo)
-                codes[block], done = found, block.stop
-            if store.due(save_every):
-                store.save({"codes": codes[:done], "errors": errors.sums})
-            mse = 1e4 * errors.result().mse
-            progress("encoding", done, total, f"MSE x 1e4 {mse:.3g}")
-    except KeyboardInterrupt:
+        with closing(run(btf, encoder, blocks.missing)) as results:
+            for block, found in results:
+                with uninterrupted():
+                    blocks.add(block, found)
+                blocks.save_if_due()
+                mse = 1e4 * blocks.so_far.result().mse
+                progress("encoding", blocks.done, total, f"MSE x 1e4 {mse:.3g}")
+    except (KeyboardInterrupt, EndedError):
         with uninterrupted():
-            store.save({"codes": codes[:done], "errors": errors.sums})
+            blocks.save()
         raise
     shape = btf.height, btf.width, codec.code_dim
-    return Encoding(codes.reshape(shape), errors.result(), compared)
+    return Encoding(blocks.codes.reshape(shape), blocks.errors.result(), compared)
 
 
-def _restored(store: Store, codes: npt.NDArray[Any]) -> tuple[ErrorSums, int]:
-    """Errors and number of texels from a stopped encoding; fills in its codes."""
-    kept = store.load()
-    if kept is None:
-        return ErrorSums(), 0
-    with store.readable():
-        found = kept["codes"]
-        if found.dtype != codes.dtype or found.shape[1:] != codes.shape[1:]:
-            raise ValueError(f"codes are {found.dtype} {found.shape}")
-        check_numbers(kept, _LARGEST)
-        codes[: len(found)] = found
-        return ErrorSums(kept["errors"]), len(found)
+def _encoded(btf: Btf, encoder: BlockEncoder, missing: Sequence[slice]) -> Results:
+    """Results in this process, in order."""
+    for block, texels in _read_ahead(btf, missing):
+        yield block, encoder(block.start, texels)
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,12 +154,15 @@ class Source:
         What must be the same for an encoding to be resumed.
     nbytes
         Bytes of its files; 0 where it lies in none.
+    opener
+        Opens it in a worker of a cluster, if it lies in a file.
     """
 
     texture: Btf
     file: str
     fingerprint: str
     nbytes: int = 0
+    opener: TextureFile | None = None
 
     @classmethod
     def of(
@@ -191,8 +181,11 @@ class Source:
         files = source_files(path, texture)
         nbytes = sum(file.stat().st_size for file in files)  # the files may be gone later
         listed = "" if directions is None else digest(Path(directions))
-        fingerprint = f"{source_fingerprint(path, files)} {pixels} {listed}"
-        return cls(texture, path.resolve().name, fingerprint, nbytes)
+        kept = source_fingerprint(path, files)
+        place = None if directions is None else Path(directions).absolute()
+        opener = TextureFile(path.absolute(), pixels, place, kept)
+        name, fingerprint = path.resolve().name, f"{kept} {pixels} {listed}"
+        return cls(texture, name, fingerprint, nbytes, opener)
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,6 +228,8 @@ def encode_texture(
     rate: Rate | None = None,
     texels_per_block: int | None = None,
     resume: bool = False,
+    cluster: Cluster | None = None,
+    watcher: Watcher | None = None,
     progress: Progress = silent,
 ) -> EncodedTexture:
     """Encode a texture into a file, in little memory.
@@ -263,7 +258,11 @@ def encode_texture(
         Write codes in so few bytes; see :func:`nacre.workflows.rating.rated`. The texture is then
         read twice.
     resume
-        Continue where an earlier call stopped.
+        Continue where an earlier call stopped, here or on a cluster.
+    cluster
+        Its workers encode blocks of texels; this process if None. The result is the same.
+    watcher
+        Told about the dashboard of the cluster.
 
     Raises
     ------
@@ -271,7 +270,9 @@ def encode_texture(
         If a file cannot be read or written, or is of another kind.
     NacreError
         If an earlier call was stopped and `resume` is not given, the state belongs to another
-        encoding, or the codec is for other directions.
+        encoding, the codec is for other directions, or the cluster does not work.
+    MissingExtraError
+        If the cluster needs a library that is not installed.
     """
     output, model = check_latent_path(output), codec_path(model)
     included = model in PRETRAINED.values()
@@ -292,6 +293,10 @@ def encode_texture(
     began = time.monotonic()
     named = CodecFile(model.name, model_digest) if reference else None
     with transposed(source.texture, output.parent, progress=progress) as texels:
+        workers = None
+        if cluster:
+            opener = source.opener if texels is source.texture else None
+            workers = BlockWorkers(cluster, opener, watcher or Watcher())
         found = encode(
             texels,
             _encoding_codec(codec, rate),
@@ -299,6 +304,7 @@ def encode_texture(
             texels_per_block=texels_per_block,
             state=state,
             fingerprint=f"{source.fingerprint} {model_digest}",
+            workers=workers,
             progress=progress,
         )
         latent, errors = _mapped(
@@ -400,10 +406,8 @@ def _mapped(
     return replace(latent, metadata=facts), errors
 
 
-def _read_ahead(btf: Btf, start: int, step: int) -> Iterator[tuple[slice, Floats]]:
-    """Runs of texels from `start` on; the next is read while one is used."""
-    total = btf.texel_count
-    blocks = [slice(first, min(first + step, total)) for first in range(start, total, step)]
+def _read_ahead(btf: Btf, blocks: Sequence[slice]) -> Iterator[tuple[slice, Floats]]:
+    """Runs of texels; the next is read while one is used."""
     with ThreadPoolExecutor(1, "texels") as reader:
         ahead = [reader.submit(btf.texels, block) for block in blocks[:1]]
         for index, block in enumerate(blocks):
@@ -411,10 +415,3 @@ def _read_ahead(btf: Btf, start: int, step: int) -> Iterator[tuple[slice, Floats
             if index + 1 < len(blocks):
                 ahead.append(reader.submit(btf.texels, blocks[index + 1]))
             yield block, texels
-
-
-def _pairs(total: int, count: int, seed: int) -> slice | npt.NDArray[np.intp]:
-    """Random pairs of directions in order, or all."""
-    if count == total:
-        return slice(None)
-    return np.sort(np.random.default_rng(seed).choice(total, count, replace=False))

@@ -2,42 +2,40 @@
 
 from __future__ import annotations
 
-import hashlib
 import queue
 import secrets
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
-
-import numpy as np
+from typing import Any, Generic, Literal, TypeAlias
 
 from nacre.errors import FormatError, NacreError, reason, require
-from nacre.io.files import digest
-from nacre.workflows.executor import Job, Results
-from nacre.workflows.material import Fit, explain
-from nacre.workflows.worker import Setup, Task, work
+from nacre.workflows.worker import JobT, ResultT, Setup, Task, Unread, Work, carry_out
 
 Data: TypeAlias = Literal["auto", "path", "content"]
 """How workers get measured files: "path", they read the same path; "content", it is sent to them;
 "auto", it is sent if a worker does not find the same content under the path."""
 
 _PER_THREAD = 2  # jobs in flight per thread of the cluster: one in work, and the next
-_MOST_BYTES = 1 << 30  # of file contents in flight, which the scheduler holds in memory
+_MOST_BYTES = 1 << 30  # in flight, which the scheduler holds in memory
+
+
+class EndedError(NacreError):
+    """The cluster has ended a run, through no fault of its jobs: what is finished is kept."""
 
 
 @dataclass(frozen=True)
-class _Flight:
-    """A job on the cluster; `sent` is the bytes of file content that went with it."""
+class _Flight(Generic[JobT]):
+    """A job on the cluster; `sent` is the bytes that went with it."""
 
-    job: Job
+    job: JobT
     future: Any
     sent: int
 
 
-class Submission:
+class Submission(Generic[JobT, ResultT]):
     """Carries out jobs on a cluster, sending only as many at a time as keep it busy.
 
     The Dask client is connected, and the address is for messages. If no worker is left, it waits
@@ -48,14 +46,15 @@ class Submission:
         self, client: Any, setup: Setup, address: str, data: Data, patience: float
     ) -> None:
         self._client, self._setup, self._data = client, setup, data
+        self._work: Work[JobT, ResultT] = setup.work
         self._address, self._patience = address, patience
-        self._flights: dict[str, _Flight] = {}
-        self._unread: deque[Job] = deque()
+        self._flights: dict[str, _Flight[JobT]] = {}
+        self._unread: deque[JobT] = deque()
         self._done: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._threads, self._asked, self._seen = 1, -1.0, time.monotonic()
 
-    def __call__(self, jobs: Iterator[Job]) -> Results:
-        """See :data:`nacre.workflows.executor.Stream`."""
+    def __call__(self, jobs: Iterator[JobT]) -> Generator[tuple[JobT, ResultT], None, None]:
+        """Jobs with their results, in any order; see :data:`nacre.workflows.executor.Stream`."""
         self._client.subscribe_topic(self._setup.topic, self._report)
         try:
             while True:
@@ -66,8 +65,8 @@ class Submission:
         except OSError as error:  # from a call to the scheduler; errors of files are handled
             raise self._end("the connection to the scheduler is lost") from error
 
-    def _submit(self, jobs: Iterator[Job]) -> Results:
-        """Send jobs while there is room; return those whose file cannot be read."""
+    def _submit(self, jobs: Iterator[JobT]) -> Iterator[tuple[JobT, ResultT]]:
+        """Send jobs while there is room; return those that cannot be read."""
         room = _PER_THREAD * self._thread_count()
         flights = self._flights.values()
         while len(flights) < room and sum(flight.sent for flight in flights) < _MOST_BYTES:
@@ -76,20 +75,18 @@ class Submission:
             if job is None:
                 return
             try:
-                content = np.fromfile(job.path, np.uint8) if send else None
-                sent = b"" if content is None else content.data
-                sha256 = hashlib.sha256(sent).hexdigest() if send else digest(job.path)
+                item, content = self._work.pack(job, send=send)
             except (OSError, FormatError) as error:
-                yield job, Fit(error=explain(error, job.path))
+                yield job, self._work.failed(job, error)
                 continue
-            # The scheduler's dashboard groups tasks by their first word.
-            key = f"fit-{secrets.token_hex(16)}"
-            task = Task(key, str(job.path.absolute()), sha256, content)
-            future = self._client.submit(work, self._setup, task, key=key, pure=False)
-            self._flights[key] = _Flight(job, future, len(sent))
+            key = f"{self._work.verb}-{secrets.token_hex(16)}"
+            sent = self._work.nbytes + (0 if content is None else content.nbytes)
+            task = Task(key, item, content)
+            future = self._client.submit(carry_out, self._setup, task, key=key, pure=False)
+            self._flights[key] = _Flight(job, future, sent)
             future.add_done_callback(lambda future: self._done.put(future.key))
 
-    def _collect(self) -> Results:
+    def _collect(self) -> Iterator[tuple[JobT, ResultT]]:
         """Return all finished jobs, after waiting a while for one."""
         futures = {key: self._flights[key].future for key in self._done_keys()}
         # A job whose worker has died since is pending again.
@@ -97,14 +94,14 @@ class Submission:
         results = self._client.gather(whole, errors="skip") if whole else {}
         for key, future in futures.items():
             job = self._flights.pop(key).job
-            result = results.get(key) or self._failed(future)
+            result = results.get(key) or self._failed(job, future)
             future.release()  # its destructor would swallow an interrupt
-            if isinstance(result, Fit):
+            if not isinstance(result, Unread):
                 yield job, result
             elif self._data == "auto":
                 self._unread.append(job)
             else:
-                yield job, Fit(error=result.reason)
+                yield job, self._work.failed(job, NacreError(result.reason))
         if self._client.status != "running":
             raise OSError(f"the client is {self._client.status}")
 
@@ -117,13 +114,14 @@ class Submission:
                 keys.append(self._done.get_nowait())
         return keys
 
-    def _failed(self, future: Any) -> Fit:
-        """The failure of a job without a result; raises if the fault is not its own."""
+    def _failed(self, job: JobT, future: Any) -> ResultT:
+        """What becomes of a job without a result; raises if the fault is not its own."""
         if future.cancelled():
-            raise self._end("the scheduler has ended or has dropped the fits")
+            raise self._end("the scheduler has ended or has dropped the work")
         error = future.exception()
         if isinstance(error, require("distributed", "cluster").KilledWorker):
-            return Fit(error=f"killed its worker {error.allowed_failures + 1} times")
+            times = error.allowed_failures + 1
+            return self._work.failed(job, EndedError(f"killed its worker {times} times"))
         if isinstance(error, NacreError):
             raise self._end(f"a worker {error}")
         raise self._end(f"{type(error).__name__}: {reason(error)}")
@@ -146,5 +144,5 @@ class Submission:
         if flight := self._flights.get(token):
             flight.job.progress(*progress)
 
-    def _end(self, why: str) -> NacreError:
-        return NacreError(f"{self._address}: {why}; finished fits are kept, run again to continue")
+    def _end(self, why: str) -> EndedError:
+        return EndedError(f"{self._address}: {why}; {self._work.kept}")

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import zlib
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from random import Random
@@ -28,7 +30,7 @@ from nacre.textures.codecs.networks import CustomSettings, NetworkRecipe, Traini
 from nacre.textures.codecs.networks.journal import COLUMNS, Journal
 from nacre.workflows.encoding import encode
 from nacre.workflows.manifest import MANIFEST, Manifest, Record
-from tests.fuzz.damage import json_damage, tensors_damage, words_damage
+from tests.fuzz.damage import Rebuild, json_damage, tensors_damage, words_damage
 from tests.fuzz.readers import Reader, reader
 from tests.specimens.specimen import mutated
 from tests.textures.codecs.basis.made import codec
@@ -71,7 +73,23 @@ def _encode(path: Path) -> object:
     values = np.linspace(0.0, 1.0, 2 * 3 * 2 * 3, dtype="<f4").reshape(2, 3, 2, 3)
     w = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]], np.float32)
     made = TableBtf(values, w, w[::-1].copy(), "cloth")
-    return encode(made, codec(), texels_per_block=2, state=path, save_every=-1.0)
+
+    def stop(stage: str, done: int, total: int, note: str) -> None:
+        raise KeyboardInterrupt
+
+    with suppress(KeyboardInterrupt):
+        encode(made, codec(), texels_per_block=2, state=path, progress=stop)
+    return path.stat()
+
+
+def _blocks(data: bytes, random: Random) -> bytes:
+    """A state of an encoding with damaged blocks whose checksums are right."""
+    head, _, rest = _state(_encode).partition(b"\n")
+    size = json.loads(head)["nacre records"]["size"]
+    for start in range(0, len(rest), 4 + size):
+        record = mutated(rest[start + 4 : start + 4 + size], random)[:size].ljust(size, b"\0")
+        head += (b"" if start else b"\n") + zlib.crc32(record).to_bytes(4, "little") + record
+    return head
 
 
 def _absent() -> NoReturn:
@@ -159,12 +177,15 @@ def _state(write: Callable[[Path], object]) -> bytes:
 
 
 def _states(
-    name: str, run: Callable[[Path], object], seed: Callable[[Path], object] | None = None
+    name: str,
+    run: Callable[[Path], object],
+    seed: Callable[[Path], object] | None = None,
+    rebuild: Rebuild | None = None,
 ) -> Reader:
     def files() -> list[bytes]:
         return [_state(seed or run)]
 
-    return reader(name, "a.state", files, tensors_damage(files), run, writes=True)
+    return reader(name, "a.state", files, rebuild or tensors_damage(files), run, writes=True)
 
 
 def _manifests() -> list[bytes]:
@@ -186,7 +207,7 @@ def _notes() -> list[bytes]:
 READERS = (
     _states("state of a training of a basis", _descend),
     _states("state of a training of a network for textures", _train),
-    _states("state of an encoding", _encode),
+    _states("state of an encoding", _encode, rebuild=_blocks),
     _states("stage of a training of the codec", _functions, _write_functions),
     reader("library", MANIFEST, _manifests, _lines, _read_manifest, writes=True),
     reader("captures", dataset.MANIFEST, _captures, json_damage(_captures), _settle),

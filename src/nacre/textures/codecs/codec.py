@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import abc
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
@@ -25,7 +25,7 @@ from nacre.io.files import PathLike
 from nacre.io.tensors import Tensors
 from nacre.objects.frozen import Frozen
 from nacre.registry import Registry
-from nacre.runtime.parallel import thread_map
+from nacre.runtime.parallel import free_cores, thread_map
 from nacre.runtime.progress import Progress, silent
 
 TexelMap: TypeAlias = Callable[[Floats], Floats]
@@ -244,6 +244,7 @@ def check_shape(what: str, array: Floats, *expected: int) -> None:
 def on_all_cores(codec: TexelCodec, run: TexelMap) -> TexelMap:
     """The same encoder or decoder of a codec, with texels shared among the cores.
 
+    A thread that is one of many (:func:`nacre.runtime.parallel.one_of_many`) does them itself.
     Numbers that overflow give no warning: results tell.
     """
     if codec.uses_all_cores:
@@ -257,7 +258,8 @@ def on_all_cores(codec: TexelCodec, run: TexelMap) -> TexelMap:
         if len(texels) <= _PART:
             return quiet(texels)
         starts = range(0, len(texels), _PART)
-        parts = thread_map(lambda start: quiet(texels[start : start + _PART]), starts)
+        spread: Callable[..., Iterator[Floats]] = thread_map if free_cores() > 1 else map
+        parts = spread(lambda start: quiet(texels[start : start + _PART]), starts)
         first = next(parts)
         result: Floats = np.empty((len(texels), *first.shape[1:]), first.dtype)
         for start, part in zip(starts, chain([first], parts), strict=True):
