@@ -313,9 +313,8 @@ def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> 
         resume=chosen["resume"],
         progress=line,
     )
-    height, width, code_dim = found.latent.codes.shape
-    rated = found.latent.rated
-    nbytes = rated.nbytes if rated else found.latent.codes.nbytes
+    height, width, code_dim = found.latent.shape
+    nbytes = found.latent.held.nbytes
     shown, by_view = found.errors.shown()
     facts = {
         "width": width,

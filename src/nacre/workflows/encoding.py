@@ -16,12 +16,13 @@ from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
 from nacre.formats import load_btf
-from nacre.io.files import PathLike, check_not_inputs, check_writable, digest, remove_file
+from nacre.io.files import PathLike, check_not_inputs, check_writable, digest
 from nacre.io.tensors import check_numbers
 from nacre.measured.textures.image_folder import Quantity
 from nacre.measured.textures.transposition import transposed
 from nacre.metrics.texture_errors import Errors, ErrorSums
 from nacre.runtime.interrupts import uninterrupted
+from nacre.runtime.journal import Journal
 from nacre.runtime.progress import Progress, silent
 from nacre.runtime.store import Store
 from nacre.textures.codecs.codec import TexelCodec, on_all_cores
@@ -68,6 +69,7 @@ def encode(
     state: Path | None = None,
     fingerprint: str = "",
     save_every: float = _SAVE_EVERY,
+    keep: bool = False,
     progress: Progress = silent,
 ) -> Encoding:
     """The codes of all texels of a texture, and their errors.
@@ -92,6 +94,8 @@ def encode(
         What else must be the same to resume, besides what this function sees.
     save_every
         Seconds between saves of the state: a killed process loses no more, and Ctrl-C nothing.
+    keep
+        Save the state at the end, too: other work follows before the caller removes it.
 
     Raises
     ------
@@ -109,6 +113,7 @@ def encode(
     store = Store(state, f"{fingerprint} {sizes}")
     codes = np.empty((total, codec.code_dim), dtype)
     errors, done = _restored(store, codes)
+    begun = done
     if done < total:
         encoder = on_all_cores(codec, codec.encoder(btf.wi, btf.wo))
     try:
@@ -132,6 +137,8 @@ def encode(
         with uninterrupted():
             store.save({"codes": codes[:done], "errors": errors.sums})
         raise
+    if keep and begun < total:
+        store.save({"codes": codes, "errors": errors.sums})
     shape = btf.height, btf.width, codec.code_dim
     return Encoding(codes.reshape(shape), errors.result(), compared)
 
@@ -216,7 +223,7 @@ def encode_texture(
         See :func:`encode`.
     rate
         Write codes in so few bytes; see :func:`nacre.workflows.rating.rated`. The texture is then
-        read twice.
+        read twice, and stopped work resumes in either pass.
     resume
         Continue where an earlier call stopped.
 
@@ -235,11 +242,7 @@ def encode_texture(
     state = output.with_name(f"{output.name}.state")
     check_not_inputs([output, state], [source, model, *([directions] if directions else [])])
     check_writable(output)
-    if state.exists() and not resume:
-        raise NacreError(
-            f"{state}: an encoding or a training was stopped here; add --resume to continue the "
-            "same command, or remove the file"
-        )
+    Store(state).check_wanted(resume)
     codec = load_codec(model)
     if directions is not None and not source.is_dir():
         raise FormatError(f"{source}: a list of directions is for a folder of images; leave it out")
@@ -250,6 +253,7 @@ def encode_texture(
     fingerprint = f"{source_fingerprint(source, files)} {pixels} {model_digest} {listed}"
     began = time.monotonic()
     named = CodecFile(model.name, model_digest) if reference else None
+    file = source.resolve().name
     with transposed(btf, output.parent, progress=progress) as texels:
         found = encode(
             texels,
@@ -258,14 +262,17 @@ def encode_texture(
             texels_per_block=texels_per_block,
             state=state,
             fingerprint=fingerprint.rstrip(),
+            keep=rate is not None,
             progress=progress,
         )
-        latent, errors = _mapped(
-            texels, source.resolve().name, codec, model.name, found, rate, named, progress
-        )
+        store = Store(state, f"{fingerprint} {half} {rate}")
+        with Journal(store, "rating") as journal:
+            latent, errors = _mapped(
+                texels, file, codec, model.name, found, rate, named, progress, journal
+            )
     seconds = time.monotonic() - began
     save_latent_map(latent, output)
-    remove_file(state)
+    store.remove()
     return EncodedTexture(
         output,
         latent,
@@ -327,20 +334,21 @@ def _mapped(
     rate: Rate | None,
     named: CodecFile | None,
     progress: Progress,
+    journal: Journal | None = None,
 ) -> tuple[LatentMap, Errors]:
     """The codes of a texture from a file, by the codec in a file, with what is known of both."""
     used, errors = _encoding_codec(codec, rate), found.errors
     named = named and replace(named, expanded=used is not codec)
     latent = LatentMap(found.codes, used, btf.wi, btf.wo, btf.name, named)
     if rate is not None:
-        latent = rated(latent, codec, rate, progress)
-        errors = rated_errors(btf, latent, found.compared, progress)
+        latent = rated(latent, codec, rate, progress, journal)
+        errors = rated_errors(btf, latent, found.compared, progress, journal)
     facts = {
         "source": {"file": file, "sha256": (btf.source or {}).get("sha256")},
         "model": model,
         "errors": errors.facts() | {"pairs compared a texel": found.compared},
     }
-    return replace(latent, metadata=facts), errors
+    return replace(latent, codes=latent.held, metadata=facts), errors
 
 
 def _read_ahead(btf: Btf, start: int, step: int) -> Iterator[tuple[slice, Floats]]:
