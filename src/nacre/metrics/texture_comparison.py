@@ -13,7 +13,6 @@ from nacre.btf import Btf
 from nacre.errors import NacreError
 from nacre.measured.textures.directions import same_pairs
 from nacre.metrics.texture_errors import Errors, ErrorSums
-from nacre.runtime.journal import Journal
 from nacre.runtime.progress import Progress, silent
 
 _BLOCK = 1 << 26
@@ -61,42 +60,31 @@ def compare_textures(
     pairs: int | None = None,
     seed: int = 0,
     progress: Progress = silent,
-    journal: Journal | None = None,
 ) -> TextureComparison:
     """Errors of a texture at the directions of the truth.
 
     Both textures, as :func:`matched` takes them, are read by runs of texels; see
     :func:`nacre.measured.textures.transposed` for one that lies in images. So many random `pairs`
-    of directions are compared, which the seed chooses; all where None. With a journal, a comparison
-    that was stopped is resumed. Raises FormatError if a texture cannot be read, NacreError as
-    :func:`matched`.
+    of directions are compared, which the seed chooses; all where None. Raises FormatError if a
+    texture cannot be read, NacreError as :func:`matched`.
     """
     other = matched(truth, other)
     chosen: slice | npt.NDArray[Any] = slice(None)
     if pairs is not None and pairs < truth.pair_count:
         random = np.random.default_rng(seed)
         chosen = np.sort(random.choice(truth.pair_count, pairs, replace=False))
-        if other.decodable:  # no more is decoded than is compared
-            other = other.at_directions(truth.wi[chosen], truth.wo[chosen])
-    wo = truth.wo[chosen]
+    wi, wo = truth.wi[chosen], truth.wo[chosen]
+    # No more is decoded than is compared.
+    truth, other = (
+        each.at_directions(wi, wo) if each.decodable else each for each in (truth, other)
+    )
     sums, texels = ErrorSums(), np.empty(truth.texel_count, np.float32)
-    blocks = list(truth.blocks(_BLOCK))
-
-    def compare(number: int) -> None:
-        block = blocks[number]
-        expected, found = truth.texels(block)[:, chosen], other.texels(block)
-        if found.shape[1] != len(wo):
-            found = found[:, chosen]
+    for block in truth.blocks(_BLOCK):
+        expected, found = (
+            values if values.shape[1] == len(wo) else values[:, chosen]
+            for values in (truth.texels(block), other.texels(block))
+        )
         texels[block] = sums.add(expected, found, wo)
-
-    def state() -> Any:
-        return {"sums": sums.sums, "texels": texels}
-
-    def restore(kept: Any) -> None:
-        nonlocal sums
-        sums, texels[:] = ErrorSums(kept["sums"]), kept["texels"]
-
-    for done in (journal or Journal()).steps(len(blocks), compare, state, restore):
         note = f"MSE x 1e4 {1e4 * sums.result().mse:.3g}"
-        progress("comparing", blocks[done - 1].stop, truth.texel_count, note)
+        progress("comparing", block.stop, truth.texel_count, note)
     return TextureComparison(sums.result(), texels.reshape(truth.height, truth.width), len(wo))

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf import Btf
-from nacre.metrics.texture_comparison import compare_textures
-from nacre.metrics.texture_errors import Errors
+from nacre.metrics.texture_errors import Errors, ErrorSums
 from nacre.runtime.journal import Journal
 from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress, silent
@@ -22,7 +23,10 @@ from nacre.textures.limit import Rate, limited
 
 _SAMPLED = 1 << 12  # texels, about, that two ways are compared at
 _SHORTENED = 1 << 9  # texels whose codes are found at a time
-_PAIRS = 512  # pairs of directions that a loss is measured at
+_PAIRS = 512  # pairs of directions that a loss is measured at, or
+_COMPARED = 1 << 23  # so many values of a channel, about
+_ALIKE = 1 << 14  # texels that are compared at the same pairs
+_BLOCK = 1 << 26  # bytes of values that are compared at a time
 
 
 def rated(
@@ -80,9 +84,41 @@ def rated_errors(
     progress: Progress = silent,
     journal: Journal | None = None,
 ) -> Errors:
-    """Errors of a map against the texture that it was encoded from."""
-    other = NeuralBtf(latent)
-    return compare_textures(btf, other, pairs=pairs, progress=progress, journal=journal).errors
+    """Errors of a map against the texture that it was encoded from, or another of its directions.
+
+    So many pairs of directions are compared, drawn anew for every few texels.
+    """
+    sums, other = ErrorSums(), NeuralBtf(latent)
+    blocks = [
+        block
+        for start in range(0, btf.texel_count, _ALIKE)
+        for block in btf.blocks(_BLOCK, start, min(start + _ALIKE, btf.texel_count))
+    ]
+
+    @lru_cache(1)
+    def drawn(seed: int) -> tuple[npt.NDArray[np.intp], list[Btf]]:
+        random = np.random.default_rng(seed)
+        chosen = np.sort(random.choice(btf.pair_count, min(pairs, btf.pair_count), replace=False))
+        wi, wo = btf.wi[chosen], btf.wo[chosen]
+        both = (btf, other)
+        return chosen, [each.at_directions(wi, wo) if each.decodable else each for each in both]
+
+    def compare(number: int) -> None:
+        block = blocks[number]
+        chosen, (truth, found) = drawn(block.start // _ALIKE)
+        expected = truth.texels(block)
+        if not truth.decodable:
+            expected = expected[:, chosen]
+        sums.add(expected, found.texels(block), btf.wo[chosen])
+
+    def restore(kept: Any) -> None:
+        sums.sums[:] = ErrorSums(kept).sums
+
+    journal = journal or Journal()
+    for done in journal.steps(len(blocks), compare, lambda: sums.sums.copy(), restore):
+        note = f"MSE x 1e4 {1e4 * sums.result().mse:.3g}"
+        progress("comparing", blocks[done - 1].stop, btf.texel_count, note)
+    return sums.result()
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +139,8 @@ def recoded(
     stopped work is resumed.
     """
     found = limited(latent, rate, progress, journal)
-    loss = rated_errors(NeuralBtf(latent), found, _PAIRS, progress, journal)
+    pairs = min(_PAIRS, max(1, _COMPARED // math.prod(latent.shape[:2])))
+    loss = rated_errors(NeuralBtf(latent), found, pairs, progress, journal)
     metadata: dict[str, Any] = {key: v for key, v in latent.metadata.items() if key != "errors"}
     lost = 1e4 * loss.mse
     metadata["recoding"] = {"MSE x 1e4 against the codes before": lost}
