@@ -46,7 +46,7 @@ def write(latent: LatentMap, edge: int, path: Path) -> None:
 
 
 def measured(*arguments: str) -> tuple[float, float]:
-    """Seconds of all cores that a command takes, and the gigabytes that it has in memory at most."""
+    """Seconds of all cores that a command takes, and gigabytes in memory at most."""
     process = subprocess.Popen(
         [sys.executable, "-m", "nacre", *arguments],
         stdout=subprocess.DEVNULL,
