@@ -50,7 +50,9 @@ def stopping(after: int) -> Progress:
     return progress
 
 
-@pytest.mark.parametrize("rate", [Rate(3.0), Rate(quality=35.0)], ids=["bytes", "quality"])
+@pytest.mark.parametrize(
+    "rate", [Rate(3.0), pytest.param(Rate(quality=35.0), marks=pytest.mark.slow)]
+)
 def test_a_stopped_recoding_goes_on_to_the_same_bytes(rate: Rate, tmp_path: Path) -> None:
     reports: list[str] = []
     whole = bytes_of(recoded(texture(), rate, lambda *report: reports.append(report[0])), tmp_path)

@@ -166,22 +166,20 @@ class NeuralBtf(Btf):
         return facts | {f"{name}{about}": errors[name] for name in names if name in errors}
 
     def texels(self, chosen: Indices | slice) -> Floats:
-        return check_decoded(self._decode(self._codes(chosen)), self._where)
+        codes = self.latent.codes_of(chosen).astype(np.float32, copy=False)
+        return check_decoded(self._decode(codes), self._where)
 
     def images(self, chosen: Indices | slice) -> Floats:
         wi, wo = self.wi[chosen], self.wo[chosen]
         decode = on_all_cores(self.latent.codec, self.latent.codec.decoder(wi, wo))
+        codes = self.latent.codes.reshape(self.texel_count, -1)
         pictures = np.empty((len(wi), self.texel_count, 3), np.float32)
         step = max(1, _BLOCK // (12 * max(len(wi), 1)))
         for start in range(0, self.texel_count, step):
             rows = slice(start, start + step)
-            pictures[:, rows] = decode(self._codes(rows)).swapaxes(0, 1)
+            pictures[:, rows] = decode(codes[rows].astype(np.float32)).swapaxes(0, 1)
         shape = len(wi), self.height, self.width, 3
         return check_decoded(pictures.reshape(shape), self._where)
-
-    def _codes(self, chosen: Indices | slice) -> Floats:
-        codes: Floats = self.latent.codes_of(chosen).astype(np.float32, copy=False)
-        return codes
 
     @cached_property
     def _decode(self) -> TexelMap:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -25,6 +25,12 @@ from nacre.textures.rates.wavelet import band_shapes, compose
 _LARGEST = 1e9
 _MAX_NUMBERS, _MAX_TILE, _MAX_AXES, _MAX_LEVELS = 1 << 29, 1 << 10, 1 << 10, 12
 _TENSORS = ("stream", "lengths", "axes", "steps", "scale", "center")
+
+
+@dataclass
+class _Recent:
+    tiles: dict[int, npt.NDArray[np.float32]] = field(default_factory=dict)
+    scattered: bool = False  # texels asked for once
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,37 +99,39 @@ class RatedCodes:
         parts = thread_map(self.tile_codes, range(len(self.tiles)))
         for place, codes in zip(self.tiles, parts, strict=True):
             found[place] = codes
+        self._recent.tiles.clear()
         return found
 
     def codes_of(self, chosen: slice | npt.NDArray[np.integer[Any]]) -> npt.NDArray[np.float32]:
         """Codes of some texels, numbered row by row, shape (n, code_dim).
 
-        Only the tiles that they lie in are decoded, of which a row is kept for the next call; none
-        where all codes have been asked for.
+        Only the tiles that they lie in are decoded, of which a row is kept for the next call. All
+        are, and stay, when texels are scattered over more than that for the second time.
         """
-        if "codes" in vars(self):
-            return self.codes.reshape(-1, len(self.center))[chosen]
-        count = self.height * self.width
-        wanted = np.arange(*chosen.indices(count)) if isinstance(chosen, slice) else chosen
-        rows, columns = np.divmod(wanted, self.width)
         across = math.ceil(self.width / self.tile)
+        recent, wanted = self._recent, np.arange(self.height * self.width)[chosen]
+        rows, columns = np.divmod(wanted, self.width)
         tiles = rows // self.tile * across + columns // self.tile
+        known, touched = recent.tiles.copy(), np.unique(tiles).tolist()
+        others = [index for index in touched if index not in known]
+        if "codes" in vars(self) or (recent.scattered and len(others) > across):
+            return self.codes.reshape(-1, len(self.center))[wanted]
+        recent.scattered = recent.scattered or len(others) > across
+        decoded = thread_map(self.tile_codes, others)
         found = np.empty((len(wanted), len(self.center)), np.float32)
-        known, touched = self._recent.copy(), np.unique(tiles).tolist()
-        others = thread_map(self.tile_codes, [index for index in touched if index not in known])
         for index in touched:
-            codes = known.pop(index) if index in known else next(others)
+            codes = known.pop(index) if index in known else next(decoded)
             here = np.flatnonzero(tiles == index)
             found[here] = codes[rows[here] % self.tile, columns[here] % self.tile]
             if index in touched[-across:]:
-                self._recent[index] = codes
+                recent.tiles[index] = codes
         for index in known:
-            self._recent.pop(index, None)
+            recent.tiles.pop(index, None)
         return found
 
     @cached_property
-    def _recent(self) -> dict[int, npt.NDArray[np.float32]]:
-        return {}
+    def _recent(self) -> _Recent:
+        return _Recent()
 
     def tile_codes(self, index: int) -> npt.NDArray[np.float32]:
         """The codes of one tile, shape (rows, columns, code_dim); reads nothing of the others.
