@@ -10,8 +10,10 @@ import pytest
 import nacre
 from nacre.btf import TableBtf
 from nacre.measured.textures import UTIA
+from nacre.metrics.texture_errors import ErrorSums
 from nacre.textures import load_latent_map, save_latent_map
 from nacre.textures.codecs import save_codec
+from nacre.textures.rates.tiled import Tiled
 from tests.cli.support import run, run_json
 from tests.textures.rates.made import latent
 
@@ -67,6 +69,50 @@ def test_an_encoded_texture_is_written_in_fewer_bytes(felt, capsys):
     coarse = run_json(capsys, *recode, "coarse.safetensors", "--quality", "25")
     fine = run_json(capsys, *recode, "fine.safetensors", "--quality", "40")
     assert coarse["bytes_per_texel"] < 0.5 * fine["bytes_per_texel"]
+
+
+@pytest.mark.parametrize(
+    ("command", "work"),
+    [
+        ("fit", "compared"),
+        ("recode", "written"),
+        pytest.param("fit", "written", marks=pytest.mark.slow),
+        pytest.param("recode", "compared", marks=pytest.mark.slow),
+    ],
+)
+def test_stopped_work_goes_on_with_resume_only(felt, capsys, monkeypatch, command, work):
+    begin = {"fit": FIT, "recode": ("btf", "recode", "felt.safetensors", "-o")}[command]
+    arguments = (*begin, "small.safetensors", "--bytes-per-texel", "40")
+    assert run(*arguments) == 0
+    whole = Path("small.safetensors").read_bytes()
+    Path("small.safetensors").unlink()
+    count, of, name = {
+        "written": (2, Tiled, "_written"),
+        "compared": (1 if command == "fit" else 0, ErrorSums, "add"),
+    }[work]
+    with monkeypatch.context() as patch:
+        done, usual = [], getattr(of, name)
+
+        def stopped(*arguments):
+            done.append(1)
+            if len(done) > count:
+                raise KeyboardInterrupt
+            return usual(*arguments)
+
+        patch.setattr(of, name, stopped)
+        assert run(*arguments) == 130
+    states = sorted(path.name for path in Path().glob("small.safetensors.state*"))
+    assert states
+    assert not Path("small.safetensors").exists()
+    capsys.readouterr()
+    assert run(*arguments) == 2
+    assert "add --resume" in capsys.readouterr().err
+    assert run(*arguments[:-1], "39", "--resume") == 2
+    assert "belongs to another run" in capsys.readouterr().err
+    assert run(*arguments, "--resume") == 0
+    found = Path("small.safetensors").read_bytes()
+    assert found == whole
+    assert not list(Path().glob("small.safetensors.state*"))
 
 
 def test_the_start_of_a_file_is_a_texture(felt, capsys):

@@ -12,7 +12,6 @@ import click
 from nacre.cli import options
 from nacre.cli.reading import typed
 from nacre.cli.report import aside, keyed, print_facts, progress, report
-from nacre.errors import NacreError
 from nacre.io.names import stem
 from nacre.mitsuba import scene
 from nacre.mitsuba.textures import scene as texture_scene
@@ -46,17 +45,13 @@ def _store(output: Path, inputs: Sequence[Path | None], chosen: dict[str, Any]) 
     from nacre.runtime.store import Store
     from nacre.workflows.identity import source_fingerprint
 
-    resume, state = chosen["resume"], output.with_name(f"{output.name}.state")
+    state = output.with_name(f"{output.name}.state")
     files = [path for path in inputs if path is not None]
     options.check_outputs([output], files, [state])
     marks = [source_fingerprint(path, None if path.is_dir() else [path]) for path in files]
     settings = [f"{name}={value}" for name, value in sorted(chosen.items()) if name != "resume"]
     store = Store(state, " ".join([*marks, *settings]) + typed())
-    if (kept := store.files()) and not resume:
-        raise NacreError(
-            f"{kept[0]}: a rendering was stopped here; add --resume to continue the same command, "
-            "or remove the file"
-        )
+    store.check_wanted(chosen["resume"])
     return store
 
 

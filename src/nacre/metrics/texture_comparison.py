@@ -54,7 +54,12 @@ def matched(truth: Btf, other: Btf) -> Btf:
 
 
 def compare_textures(
-    truth: Btf, other: Btf, *, pairs: int | None = None, seed: int = 0, progress: Progress = silent
+    truth: Btf,
+    other: Btf,
+    *,
+    pairs: int | None = None,
+    seed: int = 0,
+    progress: Progress = silent,
 ) -> TextureComparison:
     """Errors of a texture at the directions of the truth.
 
@@ -68,14 +73,17 @@ def compare_textures(
     if pairs is not None and pairs < truth.pair_count:
         random = np.random.default_rng(seed)
         chosen = np.sort(random.choice(truth.pair_count, pairs, replace=False))
-        if other.decodable:  # no more is decoded than is compared
-            other = other.at_directions(truth.wi[chosen], truth.wo[chosen])
-    wo = truth.wo[chosen]
+    wi, wo = truth.wi[chosen], truth.wo[chosen]
+    # No more is decoded than is compared.
+    truth, other = (
+        each.at_directions(wi, wo) if each.decodable else each for each in (truth, other)
+    )
     sums, texels = ErrorSums(), np.empty(truth.texel_count, np.float32)
     for block in truth.blocks(_BLOCK):
-        expected, found = truth.texels(block)[:, chosen], other.texels(block)
-        if found.shape[1] != len(wo):
-            found = found[:, chosen]
+        expected, found = (
+            values if values.shape[1] == len(wo) else values[:, chosen]
+            for values in (truth.texels(block), other.texels(block))
+        )
         texels[block] = sums.add(expected, found, wo)
         note = f"MSE x 1e4 {1e4 * sums.result().mse:.3g}"
         progress("comparing", block.stop, truth.texel_count, note)

@@ -118,6 +118,15 @@ class Store:
         """Whether so much time has passed since a state was saved, or since the start."""
         return time.monotonic() - self._saved > seconds
 
+    def check_wanted(self, resume: bool) -> None:
+        """Refuse, by a :class:`NacreError`, to begin work anew whose states are there."""
+        if not resume and (files := self.files()):
+            others = "the file" if len(files) == 1 else f"{self.path}*"
+            raise NacreError(
+                f"{files[0]}: work was stopped here; add --resume to continue the same command, or "
+                f"remove {others}"
+            )
+
     def remove(self, names: str = "*") -> None:
         for path in self.files(names):
             remove_file(path)

@@ -61,13 +61,13 @@ def channels(
 
     Functions are fitted to the rounded numbers. Progress is called with the nodes done.
     """
-    height, width, _ = latent.codes.shape
-    codes = latent.codes.reshape(height * width, -1).astype(np.float32)
+    height, width, _ = latent.shape
+    codes = latent.codes.reshape(height * width, -1)
     random = np.random.default_rng(0)
     decode = on_all_cores(latent.codec, latent.codec.decoder(*comparison(random)))
     chosen = np.sort(random.permutation(len(codes))[:_TEXELS])
 
-    seen = _roots(decode(codes[chosen]))
+    seen = _roots(decode(codes[chosen].astype(np.float32)))
     mean = seen.mean(axis=0)
     seen -= mean
     (space,) = leading_directions(lambda: [(seen,)], 1, seen.shape[1], count, seed=0)
@@ -90,7 +90,8 @@ def channels(
     kept = low + step * levels[0].reshape(len(codes), count)[several]
     solve = least_squares(np.concatenate([np.ones((len(several), 1)), kept], axis=1))
     found = np.empty((resolution**4, 1 + count, 3), np.float32)
-    for nodes, values in decoded_at_nodes(latent, codes[several], resolution, progress):
+    few = codes[several].astype(np.float32)
+    for nodes, values in decoded_at_nodes(latent, few, resolution, progress):
         luma, chroma = split_roots(values)
         for each, part in enumerate((luma, *chroma)):
             found[nodes, :, each] = (solve @ part).T

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.measured.textures.domes import BONN
+from nacre.runtime.parallel import one_blas_thread
 from nacre.textures.latent_map import LatentMap
 
 Double = npt.NDArray[np.float64]
@@ -36,10 +37,15 @@ class CodeSpace:
         The metric is that of how texels look, as far as that is linear in the codes: exactly, for a
         linear decoder. Raises what :meth:`nacre.textures.codecs.TexelCodec.embedding` does.
         """
-        codec, size = latent.codec, latent.codec.code_dim
-        codes = latent.codes.reshape(-1, size)
-        sample = codes[:: max(1, len(codes) // _SAMPLED)].astype(np.float32)
-        looks = codec.embedding(*looked_at(latent))(sample).astype(np.float64)
+        codec, (height, width, _) = latent.codec, latent.shape
+        chosen = slice(None, None, max(1, height * width // _SAMPLED))
+        sample = latent.codes_of(chosen).astype(np.float32)
+        with one_blas_thread():
+            return cls._of(sample, codec.embedding(*looked_at(latent))(sample).astype(np.float64))
+
+    @classmethod
+    def _of(cls, sample: Floats, looks: Double) -> CodeSpace:
+        size = sample.shape[1]
         mean = sample.mean(axis=0, dtype=np.float64)
         about = sample - mean
         slopes = np.linalg.lstsq(about, looks - looks.mean(axis=0), rcond=None)[0]

@@ -59,12 +59,12 @@ def factor(
     the pyramid of mean reflectance, from the map itself on, see
     :func:`nacre.textures.mipmap.level_shapes`. Progress is called with the nodes done.
     """
-    height, width, _ = latent.codes.shape
-    codes = latent.codes.reshape(height * width, -1).astype(np.float32)
+    height, width, _ = latent.shape
+    codes = latent.codes.reshape(height * width, -1)
     random = np.random.default_rng(0)
     decode = on_all_cores(latent.codec, latent.codec.decoder(*comparison(random)))
     chosen = np.sort(random.permutation(len(codes))[:_TEXELS])
-    luma, chroma = split_roots(decode(codes[chosen]))
+    luma, chroma = split_roots(decode(codes[chosen].astype(np.float32)))
     seen = luma, chroma.reshape(-1, _PAIRS)
     spaces = leading_directions(lambda: [seen], 2, _PAIRS, max(LUMAS, CHROMAS), seed=0)
     # Functions have a mean square of 1 over the pairs.
@@ -88,7 +88,8 @@ def factor(
     chroma_weights = weights[several, LUMAS:].reshape(-1, 2, CHROMAS).swapaxes(0, 1)
     chroma_solve = least_squares(chroma_weights.reshape(-1, CHROMAS))
     functions = np.empty((resolution**4, LUMAS + CHROMAS), np.float32)
-    for nodes, values in decoded_at_nodes(latent, codes[several], resolution, progress):
+    few = codes[several].astype(np.float32)
+    for nodes, values in decoded_at_nodes(latent, few, resolution, progress):
         luma, chroma = split_roots(values)
         functions[nodes, :LUMAS] = (luma_solve @ luma).T
         functions[nodes, LUMAS:] = (chroma_solve @ chroma.reshape(-1, chroma.shape[2])).T

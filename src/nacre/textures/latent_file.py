@@ -101,15 +101,16 @@ def load_latent_maps(paths: Sequence[Path]) -> list[LatentMap]:
 
 
 def _encode(latent: LatentMap) -> bytes:
-    try:
-        _check_codes(latent.codes)
-    except ValueError as error:
-        raise FormatError(str(error)) from error
     codes: dict[str, Any] = {}
-    tensors: Tensors = {"codes": np.ascontiguousarray(latent.codes)}
     if latent.rated is not None:
         numbers, tensors = latent.rated.pack()
         codes = {"codes": numbers}
+    else:
+        try:
+            _check_codes(latent.codes)
+        except ValueError as error:
+            raise FormatError(str(error)) from error
+        tensors = {"codes": np.ascontiguousarray(latent.codes)}
     tensors |= _pack_pairs(latent)
     if latent.reference is None:
         model, weights = latent.codec.pack(None)
@@ -134,25 +135,23 @@ def _decode(path: Path, header: dict[str, Any], tensors: Tensors, levels: int | 
         raise ValueError("errors in the metadata are not an object")
     if not isinstance(name, str) or not isinstance(model, dict):
         raise ValueError("name is not a text, or codec not an object")
-    codes, rated = _codes(header, tensors, levels)
-    _check_codes(codes)
+    codes = _codes(path, header, tensors, levels)
     wi, wo = _unpack_pairs(str(path), tensors)
     codec, reference = _codec(path, model, tensors)
-    return LatentMap(codes, codec, wi, wo, name, reference, metadata, rated)
+    return LatentMap(codes, codec, wi, wo, name, reference, metadata)
 
 
-def _codes(
-    header: dict[str, Any], tensors: Tensors, levels: int | None
-) -> tuple[npt.NDArray[Any], RatedCodes | None]:
+def _codes(path: Path, header: dict[str, Any], tensors: Tensors, levels: int | None) -> Any:
+    """An array, or codes of a limited rate."""
     if header["version"] == RATED_VERSION:
-        rated = RatedCodes.unpack(header["codes"], tensors, levels)
-        return rated.codes, rated
+        return RatedCodes.unpack(header["codes"], tensors, levels, str(path))
     if levels is not None:
         raise ValueError("codes have no levels: they are not of a limited rate")
     codes = tensors["codes"]
     if codes.dtype == np.uint8:
         codes = CompactCodes(codes, *(tensors[name] for name in _COMPACT)).codes
-    return codes, None
+    _check_codes(codes)
+    return codes
 
 
 def _codec(

@@ -110,7 +110,7 @@ class LatentPyramid:
         by = latent.codec.filtered_by if by is None else by
         if by not in FILTERS:
             raise ValueError(f"by is one of {', '.join(FILTERS)}, not {by!r}")
-        height, width = latent.codes.shape[:2]
+        height, width = latent.shape[:2]
         shapes = level_shapes(height, width)
         levels = [np.empty((*shape, latent.codec.code_dim), np.float32) for shape in shapes]
         levels[0][:] = latent.codes
@@ -180,7 +180,7 @@ def filtered_reflectance(latent: LatentMap, wi: Floats, wo: Floats) -> list[Floa
     decode = on_all_cores(latent.codec, latent.codec.decoder(wi, wo))
     rows: Iterable[Floats] = (decode(row.astype(np.float32)) for row in latent.codes)
     levels: list[Floats] = []
-    for height, _ in level_shapes(*latent.codes.shape[:2])[:-1]:
+    for height, _ in level_shapes(*latent.shape[:2])[:-1]:
         rows = np.stack(list(halved_rows(rows, height)))
         levels.append(rows)
     return levels

@@ -86,7 +86,7 @@ def material_of(latent: LatentMap) -> TexelBrdf:
 
     Raises a ValueError if it has more, or its codec decodes at its own directions only.
     """
-    height, width, _ = latent.codes.shape
+    height, width, _ = latent.shape
     if (height, width) != (1, 1):
         raise ValueError(f"is a texture of {width} x {height} texels, not one material")
     material = TexelBrdf(latent.codes[0, 0], latent.codec, latent.name)

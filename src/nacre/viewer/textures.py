@@ -102,7 +102,7 @@ class PageTexture:
         is larger than :data:`LARGEST`.
         """
         latent = encoded(texture)
-        height, width = latent.codes.shape[:2]
+        height, width = latent.shape[:2]
         if max(height, width) > LARGEST:
             raise NacreError(
                 f"{latent.name}: {width} x {height} texels; a page holds {LARGEST} x {LARGEST}"

@@ -17,14 +17,16 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf import Btf
-from nacre.errors import FormatError, NacreError
+from nacre.errors import FormatError
 from nacre.formats import load_btf
-from nacre.io.files import PathLike, check_not_inputs, check_writable, digest, remove_file
+from nacre.io.files import PathLike, check_not_inputs, check_writable, digest
 from nacre.measured.textures.image_folder import Quantity
 from nacre.measured.textures.transposition import transposed
 from nacre.metrics.texture_errors import Errors
 from nacre.runtime.interrupts import uninterrupted
+from nacre.runtime.journal import Journal
 from nacre.runtime.progress import Progress, silent
+from nacre.runtime.store import Store
 from nacre.textures.capture.gonioreflectometer import Capture
 from nacre.textures.codecs.codec import TexelCodec
 from nacre.textures.codecs.codec_file import PRETRAINED, codec_path, load_codec
@@ -74,6 +76,7 @@ def encode(
     state: Path | None = None,
     fingerprint: str = "",
     workers: BlockWorkers | None = None,
+    keep: bool = False,
     progress: Progress = silent,
 ) -> Encoding:
     """The codes of all texels of a texture, and their errors.
@@ -100,6 +103,8 @@ def encode(
         What else must be the same to resume, besides what this function sees.
     workers
         Where blocks are encoded; in this process if None.
+    keep
+        Save the state at the end, too: other work follows before the caller removes it.
 
     Raises
     ------
@@ -130,6 +135,8 @@ def encode(
         with uninterrupted():
             blocks.save()
         raise
+    if keep:
+        blocks.save()
     shape = btf.height, btf.width, codec.code_dim
     return Encoding(blocks.codes.reshape(shape), blocks.errors.result(), compared)
 
@@ -256,7 +263,7 @@ def encode_texture(
         See :func:`encode`.
     rate
         Write codes in so few bytes; see :func:`nacre.workflows.rating.rated`. The texture is then
-        read twice.
+        read twice, and stopped work resumes in either pass.
     resume
         Continue where an earlier call stopped, here or on a cluster.
     cluster
@@ -282,11 +289,7 @@ def encode_texture(
     inputs = [] if isinstance(source, Source) else [Path(source)]
     check_not_inputs([output, state], [*inputs, model, *([directions] if directions else [])])
     check_writable(output)
-    if state.exists() and not resume:
-        raise NacreError(
-            f"{state}: an encoding or a training was stopped here; add --resume to continue the "
-            "same command, or remove the file"
-        )
+    Store(state).check_wanted(resume)
     codec, model_digest = load_codec(model), digest(model)
     if not isinstance(source, Source):
         source = Source.of(source, pixels, directions)
@@ -305,14 +308,17 @@ def encode_texture(
             state=state,
             fingerprint=f"{source.fingerprint} {model_digest}",
             workers=workers,
+            keep=rate is not None,
             progress=progress,
         )
-        latent, errors = _mapped(
-            texels, source.file, codec, model.name, found, rate, named, progress
-        )
+        store = Store(state, f"{source.fingerprint} {model_digest} {half} {rate}")
+        with Journal(store, "rating") as journal:
+            latent, errors = _mapped(
+                texels, source.file, codec, model.name, found, rate, named, progress, journal
+            )
     seconds = time.monotonic() - began
     save_latent_map(latent, output)
-    remove_file(state)
+    store.remove()
     return EncodedTexture(
         output,
         latent,
@@ -390,20 +396,21 @@ def _mapped(
     rate: Rate | None,
     named: CodecFile | None,
     progress: Progress,
+    journal: Journal | None = None,
 ) -> tuple[LatentMap, Errors]:
     """The codes of a texture from a file, by the codec in a file, with what is known of both."""
     used, errors = _encoding_codec(codec, rate), found.errors
     named = named and replace(named, expanded=used is not codec)
     latent = LatentMap(found.codes, used, btf.wi, btf.wo, btf.name, named)
     if rate is not None:
-        latent = rated(latent, codec, rate, progress)
-        errors = rated_errors(btf, latent, found.compared, progress)
+        latent = rated(latent, codec, rate, progress, journal)
+        errors = rated_errors(btf, latent, found.compared, progress, journal)
     facts = {
         "source": {"file": file, "sha256": (btf.source or {}).get("sha256")},
         "model": model,
         "errors": errors.facts() | {"pairs compared a texel": found.compared},
     }
-    return replace(latent, metadata=facts), errors
+    return replace(latent, codes=latent.held, metadata=facts), errors
 
 
 def _read_ahead(btf: Btf, blocks: Sequence[slice]) -> Iterator[tuple[slice, Floats]]:

@@ -44,9 +44,8 @@ def report_codes(found: EncodedTexture, file: str) -> None:
     """Report an encoded texture, made from a file."""
     from nacre.metrics.texture_errors import UNITS
 
-    height, width, code_dim = found.latent.codes.shape
-    rated = found.latent.rated
-    nbytes = rated.nbytes if rated else found.latent.codes.nbytes
+    height, width, code_dim = found.latent.shape
+    nbytes = found.latent.held.nbytes
     shown, by_view = found.errors.shown()
     source = {}
     if found.source_nbytes:

@@ -160,13 +160,13 @@ def plugins(variant: str) -> dict[str, Any]:
             self, properties: Any, path: Path | None, source: Any, progress: Progress
         ) -> tuple[int, int, Floats]:
             latent: LatentMap = load_latent_map(path) if path is not None else source
-            codec, codes = latent.codec, latent.codes
+            codec = latent.codec
             if not codec.any_directions:
                 raise NacreError(
                     f"{latent.name}: its codec knows its own directions only; decode it (nacre btf "
                     "decode) and render that with measuredbtf"
                 )
-            height, width, values = codes.shape
+            height, width, values = latent.shape
             resolution = int(number(properties, "resolution", RESOLUTION, 2.0))
             tabulated = choice(properties, "decoder", DECODERS) == "table"
             if not tabulated and codec.hit_form not in HIT_DECODERS:
@@ -197,10 +197,10 @@ def plugins(variant: str) -> dict[str, Any]:
                 self.decoder = TableDecoder(mi, factors, self.stochastic)
                 return height, width, latent_lobes(latent)
             self.wavefront = True
-            maps = [codes.astype(np.float32)]
+            flat = latent.codes.astype(np.float32, copy=False).reshape(-1, values)
             if self.pixel_angle:
-                maps = list(LatentPyramid.build(latent, progress=progress).levels)
-            flat = np.concatenate([one.reshape(-1, values) for one in maps])
+                maps = LatentPyramid.build(latent, progress=progress).levels
+                flat = np.concatenate([one.reshape(-1, values) for one in maps])
             self.decoder = HIT_DECODERS[codec.hit_form](mi, codec, flat, expanded, half)
             return height, width, latent_lobes(latent)
 

@@ -68,13 +68,13 @@ def compared_at(latent: LatentMap) -> tuple[Indices, Floats, Floats]:
     random = np.random.default_rng(0)
     u = random.random((4, _PAIRS))
     light, view = (join(cosine_hemisphere(*part)).astype(np.float32) for part in (u[:2], u[2:]))
-    height, width, _ = latent.codes.shape
+    height, width, _ = latent.shape
     return np.sort(random.permutation(height * width)[:_TEXELS]), light, view
 
 
 def _error(latent: LatentMap, found: Decoder) -> float:
     chosen, light, view = compared_at(latent)
-    codes = latent.codes.reshape(-1, latent.codes.shape[2])
+    codes = latent.codes.reshape(-1, latent.shape[2])
     decode = on_all_cores(latent.codec, latent.codec.decoder(light, view))
     expected = decode(codes[chosen].astype(np.float32))
     factors = join(join_components(*found(chosen, light, view)))

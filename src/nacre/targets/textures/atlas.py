@@ -69,7 +69,7 @@ class TextureAtlas(ShaderTexture):
         only, it is larger than :data:`LARGEST`, or half floats cannot hold it.
         """
         latent = encoded(material)
-        height, width = latent.codes.shape[:2]
+        height, width = latent.shape[:2]
         levels = len(level_shapes(height, width))
         rows, columns = atlas_shape(height, width)
         if max(rows, columns) > LARGEST:

@@ -74,7 +74,7 @@ class FilteredTexture(ShaderTexture):
             some = f"{', '.join(map(str, SIZES[:-1]))} or {SIZES[-1]}"
             raise NacreError(f"bytes per texel: expected {some}, got {bytes_per_texel}")
         latent = encoded(material)
-        height, width = latent.codes.shape[:2]
+        height, width = latent.shape[:2]
         if max(height, width) > LARGEST:
             raise NacreError(
                 f"{latent.name}: {width} x {height} texels; the limit is {LARGEST} x {LARGEST}"

@@ -10,14 +10,14 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from nacre.io.tensors import Tensors
+from nacre.io.tensors import Tensors, check_numbers, format_errors
 from nacre.runtime.parallel import thread_map
 from nacre.textures.rates.bands import decode_bands, decode_table
 from nacre.textures.rates.wavelet import band_shapes, compose
@@ -27,9 +27,17 @@ _MAX_NUMBERS, _MAX_TILE, _MAX_AXES, _MAX_LEVELS = 1 << 29, 1 << 10, 1 << 10, 12
 _TENSORS = ("stream", "lengths", "axes", "steps", "scale", "center")
 
 
+@dataclass
+class _Recent:
+    tiles: dict[int, npt.NDArray[np.float32]] = field(default_factory=dict)
+    scattered: bool = False  # texels asked for once
+
+
 @dataclass(frozen=True, eq=False)
 class RatedCodes:
     """A map of codes in few bytes; a ValueError says that shapes, types or numbers do not fit."""
+
+    not_content: ClassVar[frozenset[str]] = frozenset({"where"})
 
     height: int
     width: int
@@ -43,6 +51,7 @@ class RatedCodes:
     scale: npt.NDArray[np.float32]  # of the values of codes, shape (code_dim,)
     center: npt.NDArray[np.float32]  # the code of all zeros, shape (code_dim,)
     tile: int  # texels along the edge of a tile
+    where: str = "codes"  # what messages about their numbers begin with: a file's path
 
     def __post_init__(self) -> None:
         rank, size = len(self.steps), len(self.center)
@@ -90,10 +99,45 @@ class RatedCodes:
         parts = thread_map(self.tile_codes, range(len(self.tiles)))
         for place, codes in zip(self.tiles, parts, strict=True):
             found[place] = codes
+        self._recent.tiles.clear()
         return found
 
+    def codes_of(self, chosen: slice | npt.NDArray[np.integer[Any]]) -> npt.NDArray[np.float32]:
+        """Codes of some texels, numbered row by row, shape (n, code_dim).
+
+        Only the tiles that they lie in are decoded, of which a row is kept for the next call. All
+        are, and stay, when texels are scattered over more than that for the second time.
+        """
+        across = math.ceil(self.width / self.tile)
+        recent, wanted = self._recent, np.arange(self.height * self.width)[chosen]
+        rows, columns = np.divmod(wanted, self.width)
+        tiles = rows // self.tile * across + columns // self.tile
+        known, touched = recent.tiles.copy(), np.unique(tiles).tolist()
+        others = [index for index in touched if index not in known]
+        if "codes" in vars(self) or (recent.scattered and len(others) > across):
+            return self.codes.reshape(-1, len(self.center))[wanted]
+        recent.scattered = recent.scattered or len(others) > across
+        decoded = thread_map(self.tile_codes, others)
+        found = np.empty((len(wanted), len(self.center)), np.float32)
+        for index in touched:
+            codes = known.pop(index) if index in known else next(decoded)
+            here = np.flatnonzero(tiles == index)
+            found[here] = codes[rows[here] % self.tile, columns[here] % self.tile]
+            if index in touched[-across:]:
+                recent.tiles[index] = codes
+        for index in known:
+            recent.tiles.pop(index, None)
+        return found
+
+    @cached_property
+    def _recent(self) -> _Recent:
+        return _Recent()
+
     def tile_codes(self, index: int) -> npt.NDArray[np.float32]:
-        """The codes of one tile, shape (rows, columns, code_dim); reads nothing of the others."""
+        """The codes of one tile, shape (rows, columns, code_dim); reads nothing of the others.
+
+        Raises a FormatError if they are not finite or too large.
+        """
         rows, columns = self.tiles[index]
         height, width = rows.stop - rows.start, columns.stop - columns.start
         starts = self._starts[:, index].tolist()
@@ -106,6 +150,8 @@ class RatedCodes:
         maps = compose([[band.astype(np.float32) for band in level] for level in bands])
         along = maps.reshape(len(self.steps), height * width).T
         codes = along @ self._matrix + self.center
+        with format_errors(self.where):
+            check_numbers({"codes": codes}, _LARGEST)
         return np.asarray(codes.reshape(height, width, -1), np.float32)
 
     @cached_property
@@ -140,7 +186,11 @@ class RatedCodes:
 
     @classmethod
     def unpack(
-        cls, numbers: dict[str, Any], tensors: Tensors, levels: int | None = None
+        cls,
+        numbers: dict[str, Any],
+        tensors: Tensors,
+        levels: int | None = None,
+        where: str = "codes",
     ) -> RatedCodes:
         """The codes that :meth:`pack` packed, or their first `levels`, means included.
 
@@ -152,7 +202,7 @@ class RatedCodes:
                 raise ValueError(f"codes: {name} is {numbers[name]!r:.40}, not a whole number")
         arrays: Any = {name: tensors[f"codes.{name}"] for name in _TENSORS}
         sizes = {name: numbers[name] for name in ("height", "width", "tile")}
-        found = cls(**sizes, **arrays)
+        found = cls(**sizes, **arrays, where=where)
         count = len(found.lengths) if levels is None else min(levels, len(found.lengths))
         sums = numbers["crc32"]
         if not isinstance(sums, list) or found._sums()[:count] != sums[:count]:
@@ -170,13 +220,12 @@ def tiles_of(height: int, width: int, tile: int) -> list[tuple[slice, slice]]:
 
 
 def stream_of(
-    tiles: Sequence[Sequence[bytes]],
+    tiles: Sequence[Sequence[npt.NDArray[np.uint8]]],
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint32]]:
     """The stream and the lengths of the chunks of all tiles."""
 
-    def by_level() -> Iterator[Sequence[bytes]]:
+    def by_level() -> Iterator[Sequence[npt.NDArray[np.uint8]]]:
         yield from zip(*tiles, strict=True)
 
     lengths = np.array([[len(chunk) for chunk in level] for level in by_level()], np.uint32)
-    joined = b"".join(chunk for level in by_level() for chunk in level)
-    return np.frombuffer(joined, np.uint8), lengths
+    return np.concatenate([chunk for level in by_level() for chunk in level]), lengths
