@@ -100,6 +100,8 @@ class Cluster(Executor):
                 preload=[_IGNORE_INTERRUPTS],
             )
             place = stack.enter_context(cluster)
+            # What the scheduler in this process does at each garbage collection may swallow Ctrl-C.
+            require("distributed.gc", "cluster").disable_gc_diagnosis(force=True)
         try:
             return distributed.Client(place, timeout=self._patience, set_as_default=False)
         except OSError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -26,7 +27,7 @@ _SHORTENED = 1 << 9  # texels whose codes are found at a time
 _PAIRS = 512  # pairs of directions that a loss is measured at, or
 _COMPARED = 1 << 23  # so many values of a channel, about
 _ALIKE = 1 << 14  # texels that are compared at the same pairs
-_BLOCK = 1 << 26  # bytes of values that are compared at a time
+_BLOCK = 1 << 26  # bytes of measured values that are read at a time
 
 
 def rated(
@@ -92,7 +93,9 @@ def rated_errors(
     blocks = [
         block
         for start in range(0, btf.texel_count, _ALIKE)
-        for block in btf.blocks(_BLOCK, start, min(start + _ALIKE, btf.texel_count))
+        for block in btf.blocks(
+            sys.maxsize if btf.decodable else _BLOCK, start, min(start + _ALIKE, btf.texel_count)
+        )
     ]
 
     @lru_cache(1)

@@ -109,7 +109,12 @@ class RatedCodes:
         are, and stay, when texels are scattered over more than that for the second time.
         """
         across = math.ceil(self.width / self.tile)
-        recent, wanted = self._recent, np.arange(self.height * self.width)[chosen]
+        recent, count = self._recent, self.height * self.width
+        wanted = (
+            np.arange(*chosen.indices(count))
+            if isinstance(chosen, slice)
+            else np.arange(count)[chosen]
+        )
         rows, columns = np.divmod(wanted, self.width)
         tiles = rows // self.tile * across + columns // self.tile
         known, touched = recent.tiles.copy(), np.unique(tiles).tolist()
