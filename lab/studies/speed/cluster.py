@@ -26,7 +26,7 @@ import psutil
 from distributed import Client
 from distributed.deploy.subprocess import SubprocessCluster
 
-from lab.studies.study import Study, prevent_oversubscription, rgl_tables
+from lab.studies.study import Study, log, prevent_oversubscription, rgl_tables
 from nacre.brdf import Brdf
 from nacre.formats import load_btf
 from nacre.io.files import digest
@@ -257,11 +257,13 @@ def texture_blocks(path: Path, texels: int, rounds: int) -> list[tuple[str, ...]
         first = run(None)[1]
         for address in (one, two):
             run(address)
-        turns = []
-        for _ in range(rounds):
+        turns: list[dict[str, tuple[float, Encoding]]] = [{} for _ in range(rounds)]
+        for turn in turns:
             with Client(two, set_as_default=False) as client:
                 client.wait_for_workers(2)  # the killed one is started again
-            turns.append({name: way() for name, way in ways.items()})
+            for name, way in ways.items():
+                turn[name] = way()
+                log(f"{name}: {turn[name][0]:.1f} s")
     rows = []
     for name in ways:
         seconds = statistics.median(turn[name][0] for turn in turns)
