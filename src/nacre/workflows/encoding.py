@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
 from nacre.formats import load_btf
@@ -110,19 +109,20 @@ def encode(
     codes = np.empty((total, codec.code_dim), dtype)
     errors, done = _restored(store, codes)
     if done < total:
-        encoder = on_all_cores(codec, codec.encoder(btf.wi, btf.wo))
+        coder = codec.coder(btf.wi, btf.wo)
+        encoder = on_all_cores(codec, coder.encode)
     try:
-        for block, texels in _read_ahead(btf, done, step):
+        for block, texels in _read_ahead(btf, codec.takes_half, done, step):
             with np.errstate(over="ignore"):
                 found = encoder(texels).astype(dtype)
             if not np.isfinite(found).all():
+                btf.texels(block)  # says so if it is values of a file that are not
                 raise NacreError(f"{btf.name}: some texels have codes that are not finite")
             chosen = _pairs(btf.pair_count, compared, block.start)
-            wi, wo = btf.wi[chosen], btf.wo[chosen]
-            decode = on_all_cores(codec, codec.decoder(wi, wo))
+            decode = on_all_cores(codec, coder.decoder(chosen))
             decoded = decode(found.astype(np.float32))
             with uninterrupted():
-                errors.add(texels[:, chosen], decoded, wo)
+                errors.add(texels, decoded, btf.wo[chosen], chosen)
                 codes[block], done = found, block.stop
             if store.due(save_every):
                 store.save({"codes": codes[:done], "errors": errors.sums})
@@ -343,16 +343,19 @@ def _mapped(
     return replace(latent, metadata=facts), errors
 
 
-def _read_ahead(btf: Btf, start: int, step: int) -> Iterator[tuple[slice, Floats]]:
-    """Runs of texels from `start` on; the next is read while one is used."""
+def _read_ahead(
+    btf: Btf, kept: bool, start: int, step: int
+) -> Iterator[tuple[slice, npt.NDArray[Any]]]:
+    """Runs of texels from `start` on, as they are kept or single; the next is read meanwhile."""
+    read = btf.kept_texels if kept else btf.texels
     total = btf.texel_count
     blocks = [slice(first, min(first + step, total)) for first in range(start, total, step)]
     with ThreadPoolExecutor(1, "texels") as reader:
-        ahead = [reader.submit(btf.texels, block) for block in blocks[:1]]
+        ahead = [reader.submit(read, block) for block in blocks[:1]]
         for index, block in enumerate(blocks):
             texels = ahead.pop().result()
             if index + 1 < len(blocks):
-                ahead.append(reader.submit(btf.texels, blocks[index + 1]))
+                ahead.append(reader.submit(read, blocks[index + 1]))
             yield block, texels
 
 

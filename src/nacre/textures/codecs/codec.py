@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import Any, ClassVar, Literal, Self, TypeAlias
+from typing import Any, ClassVar, Literal, NamedTuple, Self, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -30,6 +30,9 @@ from nacre.runtime.progress import Progress, silent
 
 TexelMap: TypeAlias = Callable[[Floats], Floats]
 
+Chosen: TypeAlias = npt.NDArray[np.intp] | slice
+"""Some of many pairs of directions."""
+
 Filter: TypeAlias = Literal["reflectance", "codes"]
 
 _PART = 64  # texels that one core takes at a time
@@ -44,6 +47,13 @@ class LinearBlock:
     variances: npt.NDArray[np.float64]  # prior ones of the coefficients, shape (k,)
     noise: float  # variance of a measurement about the sums
     channels: int = 1  # so many have coefficients of their own with these functions
+
+
+class Coder(NamedTuple):
+    """What encodes texels at pairs of directions, and decodes them at some of these."""
+
+    encode: TexelMap
+    decoder: Callable[[Chosen], TexelMap]
 
 
 @dataclass(frozen=True)
@@ -82,6 +92,9 @@ class TexelCodec(Frozen, abc.ABC):
     """JSON-able facts about the training."""
     uses_all_cores: ClassVar[bool] = False
     """Whether encoders and decoders share their work among the cores by themselves."""
+    takes_half: ClassVar[bool] = False
+    """Whether encoders take texels in half precision as well, and give codes that are not finite
+    for values that are not."""
     any_directions: ClassVar[bool] = True
     """Whether codes decode at any pairs of directions, not at the codec's own only."""
     hit_form: ClassVar[str] = ""
@@ -115,6 +128,10 @@ class TexelCodec(Frozen, abc.ABC):
         `wi` and `wo` are unit directions, shape (n, 3). A NacreError says that the codec works at
         other directions only.
         """
+
+    def coder(self, wi: Floats, wo: Floats) -> Coder:
+        """The encoder, and decoders at some of its pairs of directions."""
+        return Coder(self.encoder(wi, wo), lambda chosen: self.decoder(wi[chosen], wo[chosen]))
 
     def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
         """Header and tensors for a file; `metadata` is in the header.
