@@ -3,7 +3,7 @@
 Both take turns, block by block, on the cores that the encoder uses: the whole of
 :func:`nacre.workflows.encoding.encode`, from values in memory to codes and their errors; and one
 BLAS product of the same shapes for each that the encoder does, on float32 numbers that lie ready,
-64 texels at a time on every core as there.
+128 texels at a time on every core as there.
 `python -m lab.studies.speed.btf_encode --help`.
 """
 
@@ -27,17 +27,19 @@ from nacre.textures.codecs.basis.codec import BasisCodec
 from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
 from nacre.workflows.encoding import BLOCK, encode
 
-PART = 64
+PART = 128
 """Texels that a core takes at a time."""
 STEPS = 2
 """Gauss-Newton steps of a code."""
 
 
 class Times(NamedTuple):
-    """Seconds of a block of texels."""
+    """Seconds of a block of texels, and of processor time of all threads."""
 
     whole: float
     products: float
+    whole_used: float
+    products_used: float
 
 
 def texture(edge: int) -> TableBtf:
@@ -51,8 +53,8 @@ def texture(edge: int) -> TableBtf:
     return TableBtf(values, wi, wo)
 
 
-def products(codec: BasisCodec, pairs: int) -> Callable[[int], float]:
-    """What does the products of so many texels on all cores, and returns seconds."""
+def products(codec: BasisCodec, pairs: int) -> Callable[[int], None]:
+    """What does the products of so many texels on all cores."""
     random = np.random.default_rng(1)
 
     def matrix(*shape: int) -> Floats:
@@ -81,30 +83,37 @@ def products(codec: BasisCodec, pairs: int) -> Callable[[int], float]:
             for (a, b), result in zip(factors, results, strict=True):
                 np.matmul(a, b, out=result)
 
-    def run(texels: int) -> float:
-        start, cores = time.perf_counter(), core_count()
+    def run(texels: int) -> None:
+        cores = core_count()
         deque(thread_map(one_core, [texels / cores] * cores), 0)
-        return time.perf_counter() - start
 
     return run
 
 
-def timed(btf: TableBtf, codec: BasisCodec, run: Callable[[int], float]) -> list[Times]:
-    """Of every block but the first, before which functions are evaluated."""
+def timed(btf: TableBtf, codec: BasisCodec, run: Callable[[int], None]) -> list[Times]:
+    """Of every block but the first, before which functions are evaluated, and the last."""
     step = BLOCK // (12 * btf.pair_count)
     found: list[Times] = []
-    began = time.perf_counter()
+
+    def now() -> tuple[float, float]:
+        return time.perf_counter(), time.process_time()
+
+    began = now()
 
     def progress(stage: str, done: int, total: int, text: str) -> None:
         nonlocal began
-        whole = time.perf_counter() - began
-        if done > step:
-            found.append(Times(whole, run(step)))
-            log(f"{done} of {total} texels: {whole:.3f} s, products {found[-1].products:.3f} s")
-        began = time.perf_counter()
+        ended = now()
+        run(step)
+        after = now()
+        whole, used = (b - a for a, b in zip(began, ended, strict=True))
+        alone, alone_used = (b - a for a, b in zip(ended, after, strict=True))
+        if step < done < total:
+            found.append(Times(whole, alone, used, alone_used))
+            log(f"{done} of {total} texels: {whole:.3f} s, products {alone:.3f} s")
+        began = now()
 
     encode(btf, codec, progress=progress)
-    return found[:-1]  # the last block may be smaller
+    return found
 
 
 def main() -> None:
@@ -118,7 +127,7 @@ def main() -> None:
     rows = []
     for label, one in (("codes of 32 values", codec), ("128 coefficients", codec.expanded())):
         times = timed(btf, one, products(one, btf.pair_count))
-        whole, alone = (statistics.median(t) for t in zip(*times, strict=True))
+        whole, alone, *_ = (statistics.median(t) for t in zip(*times, strict=True))
         values = 3 * btf.pair_count * step
         work = codec_multiply_adds(one, btf.pair_count)[0] * step
         rows.append(
@@ -130,11 +139,12 @@ def main() -> None:
                 f"{1e3 * alone:.0f}",
                 f"{work / alone / 1e9:.0f}",
                 f"{statistics.median(t.products / t.whole for t in times):.2f}",
+                f"{statistics.median(t.products_used / t.whole_used for t in times):.2f}",
             )
         )
     columns = ("", "ms a block", "ms a texel", "million values/s", "products alone, ms")
     study.table(
-        (*columns, "billion multiply-adds/s of these", "of their speed"),
+        (*columns, "billion multiply-adds/s of these", "of their speed", "by processor time"),
         rows,
         note=f"{options.edge} x {options.edge} texels, {btf.pair_count:,} pairs, half precision; "
         f"blocks of {step} texels; {core_count()} cores.",

@@ -110,7 +110,7 @@ def encode(
     errors, done = _restored(store, codes)
     if done < total:
         coder = codec.coder(btf.wi, btf.wo)
-        encoder = on_all_cores(codec, coder.encode)
+        encoder = on_all_cores(codec, coder.encode, codec.encoded_together)
     try:
         for block, texels in _read_ahead(btf, codec.takes_half, done, step):
             with np.errstate(over="ignore"):

@@ -95,6 +95,8 @@ class TexelCodec(Frozen, abc.ABC):
     takes_half: ClassVar[bool] = False
     """Whether encoders take texels in half precision as well, and give codes that are not finite
     for values that are not."""
+    encoded_together: ClassVar[int] = _PART
+    """Texels that a core encodes at a time."""
     any_directions: ClassVar[bool] = True
     """Whether codes decode at any pairs of directions, not at the codec's own only."""
     hit_form: ClassVar[str] = ""
@@ -258,8 +260,10 @@ def check_shape(what: str, array: Floats, *expected: int) -> None:
         raise ValueError(f"{what} are {array.shape}, expected (b, {', '.join(map(str, expected))})")
 
 
-def on_all_cores(codec: TexelCodec, run: TexelMap) -> TexelMap:
+def on_all_cores(codec: TexelCodec, run: TexelMap, size: int = _PART) -> TexelMap:
     """The same encoder or decoder of a codec, with texels shared among the cores.
+
+    A core takes `size` of them at a time.
 
     Numbers that overflow give no warning: results tell.
     """
@@ -271,14 +275,14 @@ def on_all_cores(codec: TexelCodec, run: TexelMap) -> TexelMap:
             return run(texels)
 
     def shared(texels: Floats) -> Floats:
-        if len(texels) <= _PART:
+        if len(texels) <= size:
             return quiet(texels)
-        starts = range(0, len(texels), _PART)
-        parts = thread_map(lambda start: quiet(texels[start : start + _PART]), starts)
+        starts = range(0, len(texels), size)
+        parts = thread_map(lambda start: quiet(texels[start : start + size]), starts)
         first = next(parts)
         result: Floats = np.empty((len(texels), *first.shape[1:]), first.dtype)
         for start, part in zip(starts, chain([first], parts), strict=True):
-            result[start : start + _PART] = part
+            result[start : start + size] = part
         return result
 
     return shared

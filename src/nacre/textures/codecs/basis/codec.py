@@ -58,6 +58,7 @@ class BasisCodec(TexelCodec):
     kind = "basis"
     hit_form = "functions"
     takes_half = True
+    encoded_together = 128  # among which the functions are shared, which lie far from the cores
 
     def __post_init__(self) -> None:
         count = self.expanded_dim
