@@ -68,6 +68,10 @@ class Btf(Described):
     def texels(self, chosen: Indices | slice) -> Floats:
         """Values of some texels at every pair of directions, shape (len(chosen), n, 3)."""
 
+    def kept_texels(self, chosen: slice) -> npt.NDArray[Any]:
+        """:meth:`texels` in half precision and without a copy where they lie so, for reading."""
+        return self.texels(chosen)
+
     def texels_at(self, chosen: Indices, pairs: Indices) -> Floats:
         """Values of some texels at some pairs of directions, shape (len(chosen), len(pairs), 3)."""
         return self.texels(chosen)[:, pairs]
@@ -140,6 +144,13 @@ class TableBtf(Btf):
     def texels(self, chosen: Indices | slice) -> Floats:
         flat = self.values.reshape(self.texel_count, self.pair_count, 3)
         return np.asarray(flat[chosen], np.float32)
+
+    def kept_texels(self, chosen: slice) -> npt.NDArray[Any]:
+        if self.values.dtype != np.float16 or not self.values.flags.c_contiguous:
+            return self.texels(chosen)
+        found = self.values.reshape(self.texel_count, self.pair_count, 3)[chosen].view()
+        found.flags.writeable = False
+        return found
 
     def texels_at(self, chosen: Indices, pairs: Indices) -> Floats:
         flat = self.values.reshape(self.texel_count, self.pair_count, 3)

@@ -150,8 +150,9 @@ def test_damage_to_a_state_costs_the_blocks_that_it_hits(tmp_path):
 
 def test_codes_that_are_no_numbers_are_an_error():
     class Broken(BasisCodec):
-        def encoder(self, wi, wo):
-            return lambda texels: np.full((len(texels), 2), 1e6, np.float32)
+        def coder(self, wi, wo):
+            encode = lambda texels: np.full((len(texels), 2), 1e6, np.float32)  # noqa: E731
+            return super().coder(wi, wo)._replace(encode=encode)
 
     made = codec()
     broken = Broken(made.functions, made.complete, made.encode, made.decode, made.prior)

@@ -26,7 +26,7 @@ from nacre.errors import NacreError
 from nacre.io.memory import available_memory
 
 _MIN_MEMORY = 256 << 20  # compiling the kernel of a fit takes half of it
-_SOURCES = ("compilation.py", "machine_code.py", "numba_code.py")
+_SOURCES = ("compilation.py", "emitter.py", "machine_code.py", "numba_code.py", "vector_code.py")
 _WORD = (1 << 64) - 1
 
 _lock = threading.Lock()

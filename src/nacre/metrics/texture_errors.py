@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from nacre.array import Doubles, Floats
+from nacre.runtime.parallel import thread_slices
 
 BIN = 15.0  # degrees of polar angle of the view per bin
 UNITS = {
@@ -19,6 +21,7 @@ UNITS = {
 }
 """Units of :meth:`Errors.facts`, where they have one, and which way is better."""
 _BINS = round(90.0 / BIN)
+_PART = 64  # texels that a core compares at a time
 _EDGE = 0.05  # degrees that a ring on an edge may be off
 
 
@@ -71,22 +74,35 @@ class ErrorSums:
             found = f"{self.sums.dtype} {self.sums.shape}"
             raise ValueError(f"sums are {found}, expected float64 {(_BINS, 4)}")
 
-    def add(self, truth: Floats, other: Floats, wo: Floats) -> Floats:
-        """Count texels, shape (b, n, 3) each, seen from `wo` of shape (n, 3).
+    def add(
+        self,
+        truth: npt.NDArray[Any],
+        other: Floats,
+        wo: Floats,
+        chosen: npt.NDArray[np.intp] | slice = slice(None),
+    ) -> Floats:
+        """Count texels, shape (b, n, 3), seen from `wo` of shape (n, 3).
 
-        Returns the mean squared error of every texel, shape (b,).
+        The truth may be in half precision, and have more pairs of directions, of which some are
+        chosen. Returns the mean squared error of every texel, shape (b,).
         """
-        difference = other - truth
-        texels = np.einsum("bnc,bnc->b", difference, difference) / difference[0].size
-        squares = np.einsum("bnc,bnc->n", difference, difference)
-        absolute = np.abs(difference, out=difference).sum((0, 2))
-        truths = np.einsum("bnc,bnc->n", truth, truth)
+
+        def compared(part: slice) -> tuple[Doubles, Floats]:
+            true = np.asarray(truth[part, chosen], np.float32)
+            difference = other[part] - true
+            texels = np.einsum("bnc,bnc->b", difference, difference) / difference[0].size
+            squares = np.einsum("bnc,bnc->n", difference, difference)
+            absolute = np.abs(difference, out=difference).sum((0, 2))
+            return np.stack([squares, absolute, np.einsum("bnc,bnc->n", true, true)]), texels
+
+        parts = thread_slices(compared, len(other), _PART)
+        sums: Doubles = np.sum([part for part, _ in parts], axis=0, dtype=np.float64)
         polar = np.degrees(np.arccos(np.clip(wo[:, 2], -1.0, 1.0)))
         bins = np.clip((polar + _EDGE) / BIN, 0, _BINS - 1).astype(int)
-        for column, values in enumerate((squares, absolute, truths), 1):
+        for column, values in enumerate(sums, 1):
             self.sums[:, column] += np.bincount(bins, values, _BINS)
         self.sums[:, 0] += np.bincount(bins, minlength=_BINS) * (3 * len(truth))
-        return np.asarray(texels)
+        return np.concatenate([texels for _, texels in parts])
 
     def result(self) -> Errors:
         """The errors of all that was counted; NaN where there is none."""

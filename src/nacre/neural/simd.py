@@ -18,103 +18,21 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from nacre.compile.emitter import ZERO, Emitter, generated
 from nacre.neural.samples import BLOCK
 from nacre.neural.tiles import DENSE_ROWS, LANES, OUTER_ROWS, VECTORS
 
 _f32 = ir.FloatType()
 _i64 = ir.IntType(64)
-_vector = ir.VectorType(_f32, LANES)
-_zero = ir.Constant(_vector, [0.0] * LANES)
 
 
-class _Emitter:
-    def __init__(self, context: Any, builder: Any, signature: Any, arguments: Sequence[Any]):
-        self.builder = builder
-        self.pointers = {
-            index: context.make_array(kind)(context, builder, arguments[index]).data
-            for index, kind in enumerate(signature.args)
-            if isinstance(kind, types.Array)
-        }
-
-    def at(self, base: Any, *terms: tuple[Any, int]) -> Any:
-        """Offset `base` plus the sum of value * constant."""
-        for value, constant in terms:
-            base = self.builder.add(base, self.builder.mul(value, _i64(constant)))
-        return base
-
-    def load(self, array: int, offset: Any, kind: Any = _vector) -> Any:
-        address = self.builder.gep(self.pointers[array], [offset])
-        value = self.builder.load(self.builder.bitcast(address, kind.as_pointer()))
-        value.align = 4 * kind.count
-        return value
-
-    def store(self, value: Any, array: int, offset: Any) -> None:
-        address = self.builder.gep(self.pointers[array], [offset])
-        kind = value.type
-        operation = self.builder.store(value, self.builder.bitcast(address, kind.as_pointer()))
-        operation.align = 4 * kind.count
-
-    def splat(self, array: int, offset: Any) -> Any:
-        """The scalar at an offset in every lane."""
-        scalar = self.builder.load(self.builder.gep(self.pointers[array], [offset]))
-        undefined = ir.Constant(_vector, ir.Undefined)
-        single = self.builder.insert_element(undefined, scalar, ir.IntType(32)(0))
-        lanes = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
-        return self.builder.shuffle_vector(single, undefined, lanes)
-
-    def accumulators(self, rows: int, columns: int) -> list[list[Any]]:
-        """Variables that LLVM promotes to registers."""
-        return [
-            [cgutils.alloca_once(self.builder, _vector) for _ in range(columns)]
-            for _ in range(rows)
-        ]
-
-    def multiply_add(self, a: Any, b: Any, accumulator: Any) -> None:
-        function = cgutils.get_or_insert_function(
-            self.builder.module, ir.FunctionType(_vector, [_vector] * 3), f"llvm.fma.v{LANES}f32"
-        )
-        total = self.builder.call(function, [a, b, self.builder.load(accumulator)])
-        self.builder.store(total, accumulator)
-
-    def sums(self, vectors: Sequence[Any]) -> list[Any]:
-        """Sums over the lanes of vectors, as lanes of as few vectors as hold them.
-
-        Pairs of vectors are added half against half until every lane is a sum, which takes a third
-        of the instructions of summing one vector after the other.
-        """
-        level = [*vectors, *[_zero] * (-len(vectors) % LANES)]
-        width = LANES
-        while width > 1:
-            half = width // 2
-            low = [g * width + j for g in range(2 * LANES // width) for j in range(half)]
-            parts = [
-                ir.Constant(ir.VectorType(ir.IntType(32), LANES), [i + shift for i in low])
-                for shift in (0, half)
-            ]
-            level = [
-                self.builder.fadd(*(self.builder.shuffle_vector(a, b, part) for part in parts))
-                for a, b in zip(level[::2], level[1::2], strict=True)
-            ]
-            width = half
-        return level
-
-    def where_positive(self, condition: Any, value: Any) -> Any:
-        positive = self.builder.fcmp_ordered(">", condition, _zero)
-        return self.builder.select(positive, value, _zero)
-
-
-def _generated(emit: Callable[[_Emitter, Any], None]) -> Callable[..., Any]:
-    """The code of an intrinsic without a value, as Numba takes it."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        emit(_Emitter(context, builder, signature, arguments), arguments)
-        return context.get_dummy_value()
-
-    return generate
+def _where_positive(emit: Emitter, condition: Any, value: Any) -> Any:
+    positive = emit.builder.fcmp_ordered(">", condition, ZERO)
+    return emit.builder.select(positive, value, ZERO)
 
 
 def _products(
-    emit: _Emitter, x_at: Any, row: Any, inputs: Any, w_at: Any, w_row: Any, w_column: Any,
+    emit: Emitter, x_at: Any, row: Any, inputs: Any, w_at: Any, w_row: Any, w_column: Any,
     starts: Sequence[Any],
 ) -> list[list[Any]]:  # fmt: skip
     """Accumulators of starts[t] + sum_i w[i, t] x[i, s] over a panel of samples.
@@ -153,7 +71,7 @@ def dense_relu(
     w_stride: Any, w_step: Any, b_offset: Any, y: Any, y_offset: Any,
 ) -> Any:  # fmt: skip
     """The same before a ReLU: y[t, s] is 0 where the sum is negative."""
-    return _before((x, w, y), lambda emit, total: (emit.where_positive(total, total),))
+    return _before((x, w, y), lambda emit, total: (_where_positive(emit, total, total),))
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -163,14 +81,14 @@ def dense_squared_relu(
 ) -> Any:  # fmt: skip
     """The same before a squared ReLU: of what a ReLU gives, y has the squares, `roots` itself."""
 
-    def values(emit: _Emitter, total: Any) -> tuple[Any, Any]:
-        root = emit.where_positive(total, total)
+    def values(emit: Emitter, total: Any) -> tuple[Any, Any]:
+        root = _where_positive(emit, total, total)
         return emit.builder.fmul(root, root), root
 
     return _before((x, w, y, roots), values)
 
 
-def _before(arrays: tuple[Any, ...], values: Callable[[_Emitter, Any], tuple[Any, ...]]) -> Any:
+def _before(arrays: tuple[Any, ...], values: Callable[[Emitter, Any], tuple[Any, ...]]) -> Any:
     """Signature and code of a tile of the forward pass, from the types of its arrays.
 
     `values` makes of a vector of sums what goes to each array after the weights, laid out alike.
@@ -179,7 +97,7 @@ def _before(arrays: tuple[Any, ...], values: Callable[[_Emitter, Any], tuple[Any
     x, w, *targets = arrays
     signature = types.void(x, i, i, i, w, i, i, i, i, *targets, i)
 
-    def emit_tile(emit: _Emitter, arguments: Any) -> None:
+    def emit_tile(emit: Emitter, arguments: Any) -> None:
         (_, x_at, row, inputs, _, w_at, w_row, w_column, b_at, *_, y_at) = arguments
         biases = [emit.splat(4, emit.at(b_at, (_i64(t), 1))) for t in range(DENSE_ROWS)]
         tile = _products(emit, x_at, row, inputs, w_at, w_row, w_column, biases)
@@ -189,7 +107,7 @@ def _before(arrays: tuple[Any, ...], values: Callable[[_Emitter, Any], tuple[Any
                 for array, value in enumerate(values(emit, emit.builder.load(accumulator)), 9):
                     emit.store(value, array, at)
 
-    return signature, _generated(emit_tile)
+    return signature, generated(emit_tile)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -203,7 +121,7 @@ def dense_gate(
     y[t, s] = sum_i w[i, t] x[i, s] where activations[t, s], laid out as y, are positive; else 0.
     The panel's part of the sum of row t is added to the vector at `sums_offset + t * LANES`.
     """
-    return _behind((x, activations, y, sums), _Emitter.where_positive)
+    return _behind((x, activations, y, sums), _where_positive)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -213,14 +131,14 @@ def dense_slope(
 ) -> Any:  # fmt: skip
     """The same behind the derivative of a squared ReLU: the sum times 2 roots[t, s]."""
 
-    def derivative(emit: _Emitter, root: Any, value: Any) -> Any:
+    def derivative(emit: Emitter, root: Any, value: Any) -> Any:
         return emit.builder.fmul(emit.builder.fadd(root, root), value)
 
     return _behind((x, roots, y, sums), derivative)
 
 
 def _behind(
-    arrays: tuple[Any, Any, Any, Any], derivative: Callable[[_Emitter, Any, Any], Any]
+    arrays: tuple[Any, Any, Any, Any], derivative: Callable[[Emitter, Any, Any], Any]
 ) -> Any:
     """Signature and code of a tile of the backward pass, from the types of its arrays.
 
@@ -230,9 +148,9 @@ def _behind(
     x, kept, y, sums = arrays
     signature = types.void(x, i, i, i, x, i, i, i, kept, y, i, sums, i)
 
-    def emit_tile(emit: _Emitter, arguments: Any) -> None:
+    def emit_tile(emit: Emitter, arguments: Any) -> None:
         (_, x_at, row, inputs, _, w_at, w_row, w_column, _, _, y_at, _, sums_at) = arguments
-        zeros = [_zero] * DENSE_ROWS
+        zeros = [ZERO] * DENSE_ROWS
         tile = _products(emit, x_at, row, inputs, w_at, w_row, w_column, zeros)
         for t, vectors in enumerate(tile):
             total_at = emit.at(sums_at, (_i64(t), LANES))
@@ -244,7 +162,7 @@ def _behind(
                 total = emit.builder.fadd(total, value)
             emit.store(total, 11, total_at)
 
-    return signature, _generated(emit_tile)
+    return signature, generated(emit_tile)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -260,11 +178,11 @@ def outer(
     i = types.intp
     signature = types.void(x, i, i, i, i, y, i)
 
-    def emit_tile(emit: _Emitter, arguments: Any) -> None:
+    def emit_tile(emit: Emitter, arguments: Any) -> None:
         (_, a_at, b_at, row, samples, _, y_at) = arguments
         tile = emit.accumulators(*OUTER_ROWS)
         for accumulator in (x for vectors in tile for x in vectors):
-            emit.builder.store(_zero, accumulator)
+            emit.builder.store(ZERO, accumulator)
         with cgutils.for_range(emit.builder, emit.builder.sdiv(samples, _i64(LANES))) as loop:
             step = (loop.index, LANES)
             left = [emit.load(0, emit.at(a_at, step, (row, t))) for t in range(OUTER_ROWS[0])]
@@ -276,7 +194,7 @@ def outer(
         for index, vector in enumerate(sums):
             emit.store(vector, 5, emit.at(y_at, (_i64(index), LANES)))
 
-    return signature, _generated(emit_tile)
+    return signature, generated(emit_tile)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -285,12 +203,12 @@ def sum_lanes(_context: Any, x: Any, x_offset: Any, y: Any, y_offset: Any) -> An
     i = types.intp
     signature = types.void(x, i, y, i)
 
-    def emit_tile(emit: _Emitter, arguments: Any) -> None:
+    def emit_tile(emit: Emitter, arguments: Any) -> None:
         (_, x_at, _, y_at) = arguments
         vectors = [emit.load(0, emit.at(x_at, (_i64(t), LANES))) for t in range(LANES)]
         emit.store(emit.sums(vectors)[0], 2, y_at)
 
-    return signature, _generated(emit_tile)
+    return signature, generated(emit_tile)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -298,17 +216,10 @@ def prefetch_block(_context: Any, x: Any, x_offset: Any) -> Any:
     """Prefetch the :data:`BLOCK` values at an offset into the second-level cache."""
     signature = types.void(x, types.intp)
 
-    def emit_tile(emit: _Emitter, arguments: Any) -> None:
-        byte, flag = ir.IntType(8).as_pointer(), ir.IntType(32)
-        prefetch = cgutils.get_or_insert_function(
-            emit.builder.module,
-            ir.FunctionType(ir.VoidType(), [byte, flag, flag, flag]),
-            "llvm.prefetch.p0",
-        )
-        address = emit.builder.bitcast(emit.builder.gep(emit.pointers[0], [arguments[1]]), byte)
-        emit.builder.call(prefetch, [address, flag(0), flag(2), flag(1)])
+    def emit_tile(emit: Emitter, arguments: Any) -> None:
+        emit.prefetch(0, arguments[1])
 
-    return signature, _generated(emit_tile)
+    return signature, generated(emit_tile)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -316,8 +227,8 @@ def copy_block(_context: Any, x: Any, x_offset: Any, y: Any, y_offset: Any) -> A
     """Copy :data:`BLOCK` values between aligned offsets of two arrays."""
     signature = types.void(x, types.intp, y, types.intp)
 
-    def emit_tile(emit: _Emitter, arguments: Any) -> None:
+    def emit_tile(emit: Emitter, arguments: Any) -> None:
         (_, x_at, _, y_at) = arguments
         emit.store(emit.load(0, x_at, ir.VectorType(_f32, BLOCK)), 2, y_at)
 
-    return signature, _generated(emit_tile)
+    return signature, generated(emit_tile)

@@ -13,7 +13,6 @@ from typing import Any, TypeAlias
 
 import numpy.typing as npt
 
-from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
 from nacre.runtime.code_fingerprint import code_fingerprint, place_of
@@ -35,7 +34,7 @@ class Block:
     """A block of texels to encode; `texels` returns their values."""
 
     block: slice
-    texels: Callable[[], Floats]
+    texels: Callable[[], npt.NDArray[Any]]
     progress: Progress = silent
 
 
@@ -99,7 +98,7 @@ class Blocks(Work[Block, EncodedBlock | Failure]):
                 except (FormatError, OSError) as error:
                     return Unread(f"on worker {here.address}: {error}")
                 with _LOCK:  # files are read by one thread at a time
-                    content = btf.texels(block)
+                    content = parts.encoder.read(btf, block)
             return parts.encoder(block.start, content)
         except NacreError as error:
             return Failure(str(error))
@@ -173,9 +172,10 @@ class BlockWorkers:
                 "leave out --data path"
             )
         work = Blocks(encoder, opener)
-        jobs = (Block(block, partial(btf.texels, block)) for block in missing)
+        jobs = (Block(block, partial(encoder.read, btf, block)) for block in missing)
         with self.cluster.connect(work, self.watcher) as stream:
             for job, found in stream(jobs):
                 if isinstance(found, Failure):
+                    btf.texels(job.block)  # says so if it is values of a file that are not finite
                     raise NacreError(found.error)
                 yield job.block, found

@@ -13,13 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Doubles, Floats
+from nacre.btf import Btf
 from nacre.errors import NacreError
 from nacre.io.tensors import check_numbers
 from nacre.metrics.texture_errors import ErrorSums
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.records import Records
 from nacre.runtime.store import readable
-from nacre.textures.codecs.codec import TexelCodec, TexelMap, on_all_cores
+from nacre.textures.codecs.codec import Coder, TexelCodec, on_all_cores
 
 SAVE_EVERY = 45.0
 """Seconds between saves of the state: a killed process loses no more."""
@@ -63,26 +64,31 @@ class BlockEncoder:
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
     @cached_property
-    def encode(self) -> TexelMap:
+    def _coder(self) -> Coder:
         """What is done once for all blocks; raises as :meth:`TexelCodec.encoder`."""
         with one_blas_thread():  # the number of threads would decide the last bits
-            return on_all_cores(self.codec, self.codec.encoder(self.wi, self.wo))
+            return self.codec.coder(self.wi, self.wo)
 
-    def __call__(self, start: int, texels: Floats) -> EncodedBlock:
+    def read(self, btf: Btf, block: slice) -> npt.NDArray[Any]:
+        """Texels of a texture as they can be encoded."""
+        return btf.kept_texels(block) if self.codec.takes_half else btf.texels(block)
+
+    def __call__(self, start: int, texels: npt.NDArray[Any]) -> EncodedBlock:
         """The result for texels from number `start` on, shape (b, n, 3).
 
         Raises a NacreError if a code is not finite.
         """
+        coder = self._coder
         sums = ErrorSums()
         with one_blas_thread():
             with np.errstate(over="ignore"):
-                codes = self.encode(texels).astype(self.dtype)
+                encode = on_all_cores(self.codec, coder.encode, self.codec.encoded_together)
+                codes = encode(texels).astype(self.dtype)
             if not np.isfinite(codes).all():
                 raise NacreError(f"{self.name}: some texels have codes that are not finite")
             chosen = _pairs(len(self.wi), self.compared, start)
-            wi, wo = self.wi[chosen], self.wo[chosen]
-            decode = on_all_cores(self.codec, self.codec.decoder(wi, wo))
-            sums.add(texels[:, chosen], decode(codes.astype(np.float32)), wo)
+            decode = on_all_cores(self.codec, coder.decoder(chosen))
+            sums.add(texels, decode(codes.astype(np.float32)), self.wo[chosen], chosen)
         return EncodedBlock(codes, sums.sums)
 
 

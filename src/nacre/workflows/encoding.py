@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats
 from nacre.btf import Btf
-from nacre.errors import FormatError
+from nacre.errors import FormatError, NacreError
 from nacre.formats import load_btf
 from nacre.io.files import PathLike, check_not_inputs, check_writable, digest
 from nacre.measured.textures.image_folder import Quantity
@@ -143,8 +142,13 @@ def encode(
 
 def _encoded(btf: Btf, encoder: BlockEncoder, missing: Sequence[slice]) -> Results:
     """Results in this process, in order."""
-    for block, texels in _read_ahead(btf, missing):
-        yield block, encoder(block.start, texels)
+    for block, texels in _read_ahead(btf, encoder, missing):
+        try:
+            found = encoder(block.start, texels)
+        except NacreError:
+            btf.texels(block)  # says so if it is values of a file that are not finite
+            raise
+        yield block, found
 
 
 @dataclass(frozen=True, eq=False)
@@ -413,12 +417,14 @@ def _mapped(
     return replace(latent, codes=latent.held, metadata=facts), errors
 
 
-def _read_ahead(btf: Btf, blocks: Sequence[slice]) -> Iterator[tuple[slice, Floats]]:
+def _read_ahead(
+    btf: Btf, encoder: BlockEncoder, blocks: Sequence[slice]
+) -> Iterator[tuple[slice, npt.NDArray[Any]]]:
     """Runs of texels; the next is read while one is used."""
     with ThreadPoolExecutor(1, "texels") as reader:
-        ahead = [reader.submit(btf.texels, block) for block in blocks[:1]]
+        ahead = [reader.submit(encoder.read, btf, block) for block in blocks[:1]]
         for index, block in enumerate(blocks):
             texels = ahead.pop().result()
             if index + 1 < len(blocks):
-                ahead.append(reader.submit(btf.texels, blocks[index + 1]))
+                ahead.append(reader.submit(encoder.read, btf, blocks[index + 1]))
             yield block, texels

@@ -59,6 +59,26 @@ def test_networks_at_hits_are_the_codec(rgb: Any, kind: str, options: dict[str, 
     assert found.min() >= 0.0
 
 
+def test_hits_in_memory_are_those_of_kernels_that_are_recorded(rgb: Any) -> None:
+    import drjit as dr
+
+    codec = papers_network()
+    source = latent(np.random.default_rng(7).normal(size=(3, 5, codec.code_dim)), codec)
+    bsdf = texture_bsdf(source, decoder="network", interpolation="linear")
+    decoder = bsdf.decoder
+    uv = rgb.Point2f(*np.random.default_rng(8).random((2, COUNT)).astype(np.float32))
+    wi, wo = (tuple(rgb.Vector3f(hemisphere(COUNT, seed).T)) for seed in (1, 2))
+    wi = wi[0], wi[1], dr.select(dr.arange(rgb.UInt32, COUNT) % 3 == 0, -wi[2], wi[2])
+    texels = decoder.texels(bsdf.grid.around(uv))
+    found = np.array(decoder.reflectance(texels, wi, wo))
+    with dr.resume_grad():
+        dr.enable_grad(wo[0])
+        expected = np.array([dr.detach(v) for v in decoder.reflectance(texels, wi, wo)])
+    counts = np.arange(COUNT) % 3 != 0
+    tolerance = by_precision(1e-4)
+    np.testing.assert_allclose(found[:, counts], expected[:, counts], rtol=tolerance)
+
+
 @pytest.mark.parametrize("kind", ["basis", "papers"])
 def test_tables_are_near_the_codec(rgb: Any, kind: str) -> None:
     codec = basis_codec(1) if kind == "basis" else papers_network()

@@ -38,6 +38,7 @@ Precision: TypeAlias = Literal["half", "single"]
 _LISTING_LIMIT = 1 << 20  # most bytes that may be read at once: the list of what is in the archive
 _BLOCK = 1 << 26
 _ALIGNMENT = 64
+_PAGE = 1 << 12
 _PADDING = 0xD935  # kind of extra field that only pads, as of other programs that align
 _DTYPES: dict[Precision, str] = {"half": "<f2", "single": "<f4"}
 _ENCRYPTED = 1
@@ -56,6 +57,14 @@ class _ArchiveBtf(TableBtf):
 
     def texels(self, chosen: Indices | slice) -> Floats:
         return self._checked(super().texels, chosen)
+
+    def kept_texels(self, chosen: slice) -> npt.NDArray[Any]:
+        """They are read from the disk here, but not checked: what is not finite shows in codes."""
+        if self._file:
+            self._file.check()
+        found = super().kept_texels(chosen)
+        found.reshape(-1).view(np.uint8)[::_PAGE].max(initial=0)
+        return found
 
     def texels_at(self, chosen: Indices, pairs: Indices) -> Floats:
         return self._checked(super().texels_at, chosen, pairs)

@@ -11,6 +11,7 @@ from nacre.array import Components, Floats
 from nacre.errors import require
 from nacre.geometry import stereographic
 from nacre.mitsuba.network import pack_layers, takes_half
+from nacre.mitsuba.textures.hit_network import HitNetwork
 from nacre.mitsuba.textures.texels import Corners, Records, jitters
 from nacre.numerics.mlp import SILU, Layer, dense, forward
 from nacre.textures.codecs.basis.codec import BasisCodec
@@ -144,14 +145,20 @@ class NetworkDecoder(HitDecoder):
         layers = codec.hit_layers()
         self._mi, self._whitening = mi, codec.whitening
         self._chain, self._codes = _Chain(mi, layers, half), Records(mi, codes, half)
+        self._in_memory = None if half else HitNetwork(mi, layers, codes)
 
-    def texels(self, corners: Corners) -> list[Any]:
-        return self._codes.at(corners)
+    def texels(self, corners: Corners) -> Corners:
+        return corners
 
-    def reflectance(self, texels: list[Any], wi: Components, wo: Components) -> Components:
-        chain = self._chain
-        seen = chain.vector([*texels, *stereographic(wi), *stereographic(wo)])
-        values = chain.numbers(forward(seen, chain.layers))
+    def reflectance(self, texels: Corners, wi: Components, wo: Components) -> Components:
+        directions = [*stereographic(wi), *stereographic(wo)]
+        network = self._in_memory
+        if network is not None and network.takes([*directions, *(part for _, part in texels)]):
+            values = network(texels, directions, (wi[2] > 0.0) & (wo[2] > 0.0))
+        else:
+            chain = self._chain
+            seen = chain.vector([*self._codes.at(texels), *directions])
+            values = chain.numbers(forward(seen, chain.layers))
         red, green, blue = (self._whitening.restore(v) for v in values)
         return red, green, blue
 

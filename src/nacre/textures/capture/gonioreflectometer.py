@@ -129,23 +129,27 @@ class Capture(Btf):
         return super().describe() | {"values": "measured when asked for"}
 
     def texels(self, chosen: Indices | slice) -> Floats:
+        return self._values(chosen, np.arange(self.pair_count)).astype(np.float32)
+
+    def kept_texels(self, chosen: slice) -> npt.NDArray[Any]:
         return self._values(chosen, np.arange(self.pair_count))
 
     def texels_at(self, chosen: Indices, pairs: Indices) -> Floats:
-        return self._values(chosen, pairs)
+        return self._values(chosen, pairs).astype(np.float32)
 
     def images(self, chosen: Indices | slice) -> Floats:
         pairs = np.arange(self.pair_count)[chosen]
         pictures = np.moveaxis(self._values(slice(None), pairs), 1, 0)
-        return np.ascontiguousarray(pictures.reshape(len(pairs), self.height, self.width, 3))
+        shape = len(pairs), self.height, self.width, 3
+        return np.ascontiguousarray(pictures.reshape(shape), np.float32)
 
-    def _values(self, chosen: Indices | slice, pairs: Indices) -> Floats:
+    def _values(self, chosen: Indices | slice, pairs: Indices) -> npt.NDArray[np.float16]:
         texels = np.arange(self.texel_count)[chosen]
         values = np.empty((len(texels), len(pairs), 3), np.float16)
         starts = np.flatnonzero(np.diff(texels, prepend=-2) != 1).tolist()
         for start, stop in pairwise([*starts, len(texels)]):
             self._fill(values[start:stop], int(texels[start]), pairs)
-        return values.astype(np.float32)
+        return values
 
     def table(self, progress: Progress | None = None) -> TableBtf:
         """All values, of type float16; above 2 GiB they lie in a temporary file.

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import Any, ClassVar, Literal, Self, TypeAlias
+from typing import Any, ClassVar, Literal, NamedTuple, Self, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -30,6 +30,9 @@ from nacre.runtime.progress import Progress, silent
 
 TexelMap: TypeAlias = Callable[[Floats], Floats]
 
+Chosen: TypeAlias = npt.NDArray[np.intp] | slice
+"""Some of many pairs of directions."""
+
 Filter: TypeAlias = Literal["reflectance", "codes"]
 
 _PART = 64  # texels that one core takes at a time
@@ -44,6 +47,13 @@ class LinearBlock:
     variances: npt.NDArray[np.float64]  # prior ones of the coefficients, shape (k,)
     noise: float  # variance of a measurement about the sums
     channels: int = 1  # so many have coefficients of their own with these functions
+
+
+class Coder(NamedTuple):
+    """What encodes texels at pairs of directions, and decodes them at some of these."""
+
+    encode: TexelMap
+    decoder: Callable[[Chosen], TexelMap]
 
 
 @dataclass(frozen=True)
@@ -82,6 +92,11 @@ class TexelCodec(Frozen, abc.ABC):
     """JSON-able facts about the training."""
     uses_all_cores: ClassVar[bool] = False
     """Whether encoders and decoders share their work among the cores by themselves."""
+    takes_half: ClassVar[bool] = False
+    """Whether encoders take texels in half precision as well, and give codes that are not finite
+    for values that are not."""
+    encoded_together: ClassVar[int] = _PART
+    """Texels that a core encodes at a time."""
     any_directions: ClassVar[bool] = True
     """Whether codes decode at any pairs of directions, not at the codec's own only."""
     hit_form: ClassVar[str] = ""
@@ -115,6 +130,10 @@ class TexelCodec(Frozen, abc.ABC):
         `wi` and `wo` are unit directions, shape (n, 3). A NacreError says that the codec works at
         other directions only.
         """
+
+    def coder(self, wi: Floats, wo: Floats) -> Coder:
+        """The encoder, and decoders at some of its pairs of directions."""
+        return Coder(self.encoder(wi, wo), lambda chosen: self.decoder(wi[chosen], wo[chosen]))
 
     def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
         """Header and tensors for a file; `metadata` is in the header.
@@ -241,10 +260,12 @@ def check_shape(what: str, array: Floats, *expected: int) -> None:
         raise ValueError(f"{what} are {array.shape}, expected (b, {', '.join(map(str, expected))})")
 
 
-def on_all_cores(codec: TexelCodec, run: TexelMap) -> TexelMap:
+def on_all_cores(codec: TexelCodec, run: TexelMap, size: int = _PART) -> TexelMap:
     """The same encoder or decoder of a codec, with texels shared among the cores.
 
-    A thread that is one of many (:func:`nacre.runtime.parallel.one_of_many`) does them itself.
+    A core takes `size` of them at a time. A thread that is one of many
+    (:func:`nacre.runtime.parallel.one_of_many`) does them itself.
+
     Numbers that overflow give no warning: results tell.
     """
     if codec.uses_all_cores:
@@ -255,15 +276,15 @@ def on_all_cores(codec: TexelCodec, run: TexelMap) -> TexelMap:
             return run(texels)
 
     def shared(texels: Floats) -> Floats:
-        if len(texels) <= _PART:
+        if len(texels) <= size:
             return quiet(texels)
-        starts = range(0, len(texels), _PART)
+        starts = range(0, len(texels), size)
         spread: Callable[..., Iterator[Floats]] = thread_map if free_cores() > 1 else map
-        parts = spread(lambda start: quiet(texels[start : start + _PART]), starts)
+        parts = spread(lambda start: quiet(texels[start : start + size]), starts)
         first = next(parts)
         result: Floats = np.empty((len(texels), *first.shape[1:]), first.dtype)
         for start, part in zip(starts, chain([first], parts), strict=True):
-            result[start : start + _PART] = part
+            result[start : start + size] = part
         return result
 
     return shared

@@ -15,10 +15,10 @@ from nacre.numerics.mlp import widths
 from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.colors import join_reflectance
 from nacre.textures.codecs.basis.fields import pack_fields, unpack_fields
-from nacre.textures.codecs.basis.networks import AngularFunctions, SkipNetwork
+from nacre.textures.codecs.basis.networks import AngularFunctions, FunctionValues, SkipNetwork
 from nacre.textures.codecs.basis.posterior import Observation, Prior, project
 from nacre.textures.codecs.basis.recipe import VERSION, BasisRecipe
-from nacre.textures.codecs.codec import LinearBlock, TexelCodec, TexelMap, TrainingRun
+from nacre.textures.codecs.codec import Coder, LinearBlock, TexelCodec, TexelMap, TrainingRun
 
 _STEPS = 2  # Gauss-Newton steps of a code; more lower the error by less than a thousandth
 _CHUNK = 512  # texels at a time whose codes are found
@@ -57,6 +57,8 @@ class BasisCodec(TexelCodec):
 
     kind = "basis"
     hit_form = "functions"
+    takes_half = True
+    encoded_together = 128  # among which the functions are shared, which lie far from the cores
 
     def __post_init__(self) -> None:
         count = self.expanded_dim
@@ -79,7 +81,14 @@ class BasisCodec(TexelCodec):
         return self.functions.luma_count + 2 * self.functions.chroma_count
 
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
-        observation = Observation(self.functions(wi, wo), self.prior)
+        return self._encoder(self.functions(wi, wo))
+
+    def coder(self, wi: Floats, wo: Floats) -> Coder:
+        functions = self.functions(wi, wo)
+        return Coder(self._encoder(functions), lambda chosen: self._decoder(functions.at(chosen)))
+
+    def _encoder(self, functions: FunctionValues) -> TexelMap:
+        observation = Observation(functions, self.prior)
         complete = self.complete.given(observation.known)
 
         def encode(texels: Floats) -> Floats:
@@ -110,13 +119,15 @@ class BasisCodec(TexelCodec):
         return np.concatenate([self._short(coefficients[k : k + _CHUNK]) for k in parts])
 
     def decoder(self, wi: Floats, wo: Floats) -> TexelMap:
-        functions = self.functions(wi, wo)
+        return self._decoder(self.functions(wi, wo))
+
+    def _decoder(self, functions: FunctionValues) -> TexelMap:
         luma_count, chroma_count = self.functions.luma_count, self.functions.chroma_count
 
         def decode(codes: Floats) -> Floats:
             coefficients = self.decode(codes)
-            values = np.empty((len(codes), len(wi), 3), np.float32)
-            for start in range(0, len(wi), _PAIRS):
+            values = np.empty((len(codes), len(functions.mean), 3), np.float32)
+            for start in range(0, len(functions.mean), _PAIRS):
                 part = slice(start, start + _PAIRS)
                 luma = coefficients[:, :luma_count] @ functions.luma[part].T + functions.mean[part]
                 chroma = coefficients[:, luma_count:].reshape(len(codes), 2, chroma_count)

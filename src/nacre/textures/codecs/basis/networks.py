@@ -10,13 +10,18 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Array, Components, Floats, namespace
+from nacre.array import Array, Components, Floats, aligned_zeros, namespace
+from nacre.compile.compilation import Compiled
 from nacre.geometry import dot, half_vector, split, stereographic
 from nacre.numerics.mlp import SILU, AnyLayer, Layer, dense
+from nacre.runtime.parallel import one_blas_thread, thread_slices
+from nacre.textures.codecs.basis.tile_sizes import BLOCK, ROWS, padded, panels
 
-_CHUNK = 1 << 12  # pairs of directions at a time
+_CHUNK = 1 << 10  # pairs of directions at a time
 _SHARPEST = 0.005  # added to the sine of half-vector angles, so that their logarithm is bounded
 INPUTS = 12  # values that the network sees
+
+_slopes = Compiled("nacre.textures.codecs.basis.projection_loops:slopes")
 
 
 class FunctionValues(NamedTuple):
@@ -28,7 +33,7 @@ class FunctionValues(NamedTuple):
     luma: Floats
     chroma: Floats
 
-    def at(self, chosen: npt.NDArray[np.intp]) -> FunctionValues:
+    def at(self, chosen: npt.NDArray[np.intp] | slice) -> FunctionValues:
         return FunctionValues(self.mean[chosen], self.luma[chosen], self.chroma[chosen])
 
     def products(self, luma: Floats, chroma: Iterable[Floats]) -> Floats:
@@ -65,9 +70,13 @@ class AngularFunctions:
 
     def __call__(self, wi: Floats, wo: Floats) -> FunctionValues:
         """The functions at pairs of unit directions, shapes (n, 3)."""
-        parts = [slice(start, start + _CHUNK) for start in range(0, len(wi), _CHUNK)]
-        inputs = (direction_inputs(wi[part], wo[part]) for part in parts)
-        chunks = [dense(wide_features(i, self.hidden, self.wide), self.last) for i in inputs]
+
+        def at(part: slice) -> Floats:
+            inputs = direction_inputs(wi[part], wo[part])
+            return np.asarray(dense(wide_features(inputs, self.hidden, self.wide), self.last))
+
+        with one_blas_thread():
+            chunks = thread_slices(at, len(wi), _CHUNK)
         values = np.concatenate(chunks) if chunks else np.empty((0, len(self.last.biases)))
         mean, luma, chroma = np.split(values, [1, 1 + self.luma_count], axis=1)
         return FunctionValues(mean[:, 0].copy(), np.ascontiguousarray(luma), chroma.copy())
@@ -156,19 +165,41 @@ class SkipNetwork:
         result: Floats = x @ self.linear + state @ last.weights + last.biases
         return result
 
+    @cached_property
+    def _tiles(self) -> tuple[Floats, npt.NDArray[np.int64], Floats, Floats]:
+        """What derivatives are made of, padded for the compiled loop: weights of the first layer,
+        units of every layer, weights of the others, the linear map.
+        """
+        first, *others = (layer.weights for layer in self.layers)
+        rows = padded(len(first), ROWS)
+        sizes = [padded(w.shape[1], BLOCK) for w in (first, *others)]
+        following = [
+            panels(w, columns=size).reshape(-1) for w, size in zip(others, sizes[1:], strict=True)
+        ]
+        weights = aligned_zeros(sum(part.size for part in following))
+        np.concatenate(following, out=weights)
+        start, linear = aligned_zeros((rows, sizes[0])), aligned_zeros((rows, sizes[-1]))
+        for whole, part in ((start, first), (linear, self.linear)):
+            whole[: len(part), : part.shape[1]] = part
+        return start.reshape(-1), np.array(sizes, np.int64), weights, linear.reshape(-1)
+
     def jacobian(self, x: Floats) -> tuple[Floats, Floats]:
         """Outputs (b, outputs), and their derivatives by the inputs (b, inputs, outputs)."""
         *hidden, last = self.layers
-        first, *others = hidden
-        state, slope = _silu_and_slope(x @ first.weights + first.biases)
-        change: Floats = first.weights * slope[:, None]
-        for layer in others:
+        first, sizes, weights, linear = self._tiles
+        rows, at = linear.size // sizes[-1], 0
+        scales = np.zeros((len(x), sizes[:-1].sum()), np.float32)
+        state = x
+        for layer, size in zip(hidden, sizes, strict=False):
             state, slope = _silu_and_slope(state @ layer.weights + layer.biases)
-            change = _rows_times(change, layer.weights) * slope[:, None]
+            scales[:, at : at + slope.shape[1]] = slope
+            at += size
         value = x @ self.linear + state @ last.weights + last.biases
-        slopes = _rows_times(change, last.weights)
-        slopes += self.linear
-        return value, slopes
+        slopes = np.empty((len(x), rows, sizes[-1]), np.float32)
+        scaled, made = (aligned_zeros(rows * sizes.max()) for _ in range(2))
+        _slopes(first, sizes, weights, scales, linear, scaled, made, slopes)
+        inputs, outputs = self.linear.shape
+        return value, np.ascontiguousarray(slopes[:, :inputs, :outputs])
 
 
 def _outputs(width: int, layers: Sequence[Layer]) -> int:
@@ -178,13 +209,6 @@ def _outputs(width: int, layers: Sequence[Layer]) -> int:
             raise ValueError(f"a layer of shape {layer.weights.shape} follows {width} values")
         width = len(layer.biases)
     return width
-
-
-def _rows_times(many: Floats, matrix: Floats) -> Floats:
-    """Matrices (b, k, m) times one, as a single product."""
-    count, rows, inputs = many.shape
-    product: Floats = many.reshape(count * rows, inputs) @ matrix
-    return product.reshape(count, rows, matrix.shape[1])
 
 
 def _silu_and_slope(x: Floats) -> tuple[Floats, Floats]:

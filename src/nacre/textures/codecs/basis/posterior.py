@@ -9,13 +9,19 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import block_diag
 
-from nacre.array import Floats
-from nacre.textures.codecs.basis.colors import split_reflectance
+from nacre.array import Floats, aligned_zeros
+from nacre.compile.compilation import Compiled
+from nacre.compile.vector_code import LANES
+from nacre.textures.codecs.basis.moments import Moments
 from nacre.textures.codecs.basis.networks import FunctionValues, SkipNetwork
 
 Double = npt.NDArray[np.float64]
 
-_DAMPING = 1e-2  # relative, of steps
+_DAMPING = np.float32(1.0 + 1e-2)  # factor on diagonals of steps
+_FLOOR = np.float32(1e-12)
+_PART = 64  # texels that take steps at a time, so that slopes stay in the cache
+
+_step = Compiled("nacre.textures.codecs.basis.projection_loops:step")
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,9 +50,10 @@ class Observation:
         )
         self.gram: Double = block_diag(luma, chroma, chroma)
 
-    def moments(self, texels: Floats) -> Floats:
+    @cached_property
+    def moments(self) -> Moments:
         """Products of the functions with roots of reflectance (b, n, 3) less the mean: (b, K)."""
-        return self.functions.products(*split_reflectance(texels, self.functions.mean))
+        return Moments(self.functions)
 
     @cached_property
     def _ridge(self) -> Double:
@@ -82,13 +89,12 @@ def project(codes: Floats, wanted: Floats, decode: SkipNetwork, steps: int) -> F
 
     Takes Gauss-Newton steps from given codes; codes that these do not bring closer stay.
     """
-    diagonal = np.arange(codes.shape[1])
-    found = codes
-    for _ in range(steps):
-        value, slopes = decode.jacobian(found)
-        curvature = slopes @ slopes.swapaxes(1, 2)
-        curvature[:, diagonal, diagonal] *= np.float32(1.0 + _DAMPING)
-        curvature[:, diagonal, diagonal] += np.float32(1e-12)
-        found = found + np.linalg.solve(curvature, slopes @ (wanted - value)[..., None])[..., 0]
+    found = codes.astype(np.float32)
+    factor = aligned_zeros((codes.shape[1] + 1) * codes.shape[1] * LANES)
+    for start in range(0, len(codes), _PART):
+        part = slice(start, start + _PART)
+        for _ in range(steps):
+            value, slopes = decode.jacobian(found[part])
+            _step(slopes, wanted[part] - value, _DAMPING, _FLOOR, factor, found[part])
     before, after = (np.square(wanted - decode(c)).sum(1) for c in (codes, found))
     return np.where((after < before)[:, None], found, codes)
