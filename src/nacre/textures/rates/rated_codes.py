@@ -27,7 +27,7 @@ _MAX_NUMBERS, _MAX_TILE, _MAX_AXES, _MAX_LEVELS = 1 << 29, 1 << 10, 1 << 10, 12
 _TENSORS = ("stream", "lengths", "axes", "steps", "scale", "center")
 
 
-@dataclass
+@dataclass(eq=False)
 class _Recent:
     tiles: dict[int, npt.NDArray[np.float32]] = field(default_factory=dict)
     scattered: bool = False  # texels asked for once

@@ -14,6 +14,7 @@ from nacre.array import Array, Components, Floats, aligned_zeros, namespace
 from nacre.compile.compilation import Compiled
 from nacre.geometry import dot, half_vector, split, stereographic
 from nacre.numerics.mlp import SILU, AnyLayer, Layer, dense
+from nacre.objects.content import stored
 from nacre.runtime.parallel import one_blas_thread, thread_slices
 from nacre.textures.codecs.basis.tile_sizes import BLOCK, ROWS, padded, panels
 
@@ -134,6 +135,10 @@ class SkipNetwork:
         width = _outputs(seen, self.layers)
         if len(self.layers) < 2 or width != outputs:
             raise ValueError(f"layers end in {width} values, the linear map in {outputs}")
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is pickled: not what is made from it, which must be aligned in memory."""
+        return stored(self)
 
     @classmethod
     def identity(cls, size: int) -> SkipNetwork:
