@@ -17,7 +17,7 @@ from tests.pages.typed import Block, TypingError, Typist, blocks, shell_lines, s
 from tests.tiers import tiered
 
 NOT_RUN = {
-    "clusters": ["needs a cluster", "needs SLURM", "needs Kubernetes"],
+    "clusters": ["needs a cluster", "needs a cluster", "needs SLURM", "needs Kubernetes"],
     "from-photographs": ["needs a photograph and its surroundings"],
     "libraries": ["needs a GPU"],
     "textures": ["needs photographs", "takes hours"],
