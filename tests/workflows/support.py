@@ -58,7 +58,7 @@ def sources(records: Any) -> set[str]:
     return {record.source for record in records}
 
 
-def eventually(look: Callable[[], Any], seconds: float = 60.0) -> Any:
+def eventually(look: Callable[[], Any], seconds: float = 180.0) -> Any:
     """What `look` returns as soon as that is true."""
     end = time.monotonic() + seconds
     while not (found := look()):
