@@ -168,6 +168,7 @@ def test_a_capture_is_encoded_as_it_is_measured(felt, capsys, monkeypatch):
     expected = nacre.load("made.safetensors").latent.codes
     coded = *capture, "-o", "coded.safetensors"
     monkeypatch.setattr(encoding, "BLOCK", 12 * 4 * 3)
+    assert run(*capture, "-o", "whole.safetensors") == 0
     run_interrupted(monkeypatch, *coded)
     capsys.readouterr()
     assert run(*coded) == 2
@@ -176,6 +177,7 @@ def test_a_capture_is_encoded_as_it_is_measured(felt, capsys, monkeypatch):
     assert "belongs to another run" in capsys.readouterr().err
     assert run(*coded, "--resume", "--picture", "coded.png") == 0
     found = nacre.load("coded.safetensors").latent
+    assert Path("coded.safetensors").read_bytes() == Path("whole.safetensors").read_bytes()
     np.testing.assert_allclose(found.codes, expected, atol=1e-5)
     assert found.metadata["source"]["file"] == "felt01"
     assert not Path("coded.safetensors.state").exists()
