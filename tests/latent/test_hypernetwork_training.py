@@ -82,7 +82,7 @@ def test_the_same_seed_gives_the_same_and_another_does_not(trained):
 
 
 def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeypatch):
-    monkeypatch.setattr(descent, "_SAVE_SECONDS", 0.0)
+    monkeypatch.setattr(descent, "SAVE_EVERY", 0.0)
     state = tmp_path / "state"
     with pytest.raises(KeyboardInterrupt):
         train(random_basis(), RECIPE, checkpoint=state, progress=stop_at(100, "hypernetwork"))

@@ -74,7 +74,7 @@ def test_examples_are_codes_of_the_training_materials(trained):
 
 
 def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeypatch):
-    monkeypatch.setattr(descent, "_SAVE_SECONDS", 0.0)
+    monkeypatch.setattr(descent, "SAVE_EVERY", 0.0)
     state = tmp_path / "state"
     with pytest.raises(KeyboardInterrupt):
         NeuralBasis.train(MATERIALS, RECIPE, checkpoint=state, progress=stop_at(100))
@@ -91,7 +91,7 @@ def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeyp
 
 
 def test_a_checkpoint_of_another_training_or_a_damaged_one_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(descent, "_SAVE_SECONDS", 0.0)
+    monkeypatch.setattr(descent, "SAVE_EVERY", 0.0)
     state = tmp_path / "state"
     with pytest.raises(KeyboardInterrupt):
         NeuralBasis.train(MATERIALS, RECIPE, checkpoint=state, progress=stop_at(10))

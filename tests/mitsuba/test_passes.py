@@ -94,7 +94,7 @@ def test_a_picture_that_was_stopped_goes_on(
     rgb: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """In another process, from the part that was not finished."""
-    monkeypatch.setattr(passes, "KEEP_EVERY", 0.0)
+    monkeypatch.setattr(passes, "SAVE_EVERY", 0.0)
     shown, state = scene(rgb, 8), tmp_path / "picture.state"
     ((_, _), (_, expected)) = accumulate(shown, [4, 4], 1, rows=3)
     render, calls = rgb.render, []

@@ -16,12 +16,10 @@ from nacre.neural.training import schedule
 from nacre.numerics.mlp import Layer
 from nacre.runtime.device import one_thread
 from nacre.runtime.progress import Progress
-from nacre.runtime.store import Store, restore_optimizer
+from nacre.runtime.store import SAVE_EVERY, Store, restore_optimizer
 
 torch: Any = require("torch", "latent")
 Tensor: TypeAlias = Any
-
-_SAVE_SECONDS = 45.0  # between states that are kept
 
 
 def descend(
@@ -59,7 +57,7 @@ def descend(
         last = float(state["loss"])
 
     store = Store(checkpoint, f"{recipe} {same}")
-    steps = store.steps(len(rates), state, restore, seconds=_SAVE_SECONDS)
+    steps = store.steps(len(rates), state, restore, seconds=SAVE_EVERY)
     with one_thread():
         for index in steps:
             for group in adam.param_groups:

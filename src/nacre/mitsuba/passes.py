@@ -16,15 +16,13 @@ from nacre.io.memory import available_memory
 from nacre.mitsuba.engine import mitsuba
 from nacre.mitsuba.kernels import release_kernels
 from nacre.runtime.interrupts import uninterrupted
-from nacre.runtime.store import Store
+from nacre.runtime.store import SAVE_EVERY, Store
 
 PASS = 16
 """The most samples per pixel in one pass."""
 WHOLE = 1 << 22
 """The most samples of all pixels in one pass where passes are as long as they may be: more take
 seconds, for which Ctrl-C would wait."""
-KEEP_EVERY = 45.0
-"""Seconds between saves of what is rendered, where it is kept."""
 
 # The most samples of all pixels in one pass, and about how much memory each takes.
 _MAX_SAMPLES, _SAMPLE_BYTES = 1 << 24, 32
@@ -176,10 +174,10 @@ class Accumulation:
                 self._render(mi, part, samples, self._seeds[number])
             except KeyboardInterrupt:
                 # What took no time is not worth a file.
-                if time.monotonic() - self._began > KEEP_EVERY:
+                if time.monotonic() - self._began > SAVE_EVERY:
                     self._keep()
                 raise
-            if self._store.due(KEEP_EVERY):
+            if self._store.due(SAVE_EVERY):
                 self._keep()
             if part is self._parts[-1]:
                 yield self.done

@@ -8,9 +8,7 @@ from types import TracebackType
 from typing import Any
 
 from nacre.runtime.interrupts import uninterrupted
-from nacre.runtime.store import Store
-
-_SAVE_EVERY = 45.0  # seconds
+from nacre.runtime.store import SAVE_EVERY, Store
 
 
 @dataclass
@@ -31,7 +29,7 @@ class Journal:
     """
 
     def __init__(
-        self, store: Store | None = None, name: str = "", seconds: float = _SAVE_EVERY
+        self, store: Store | None = None, name: str = "", seconds: float = SAVE_EVERY
     ) -> None:
         self._store, self._name, self._seconds = store or Store(None), name, seconds
         self._kept: list[Any] = []

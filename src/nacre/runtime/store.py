@@ -22,6 +22,9 @@ from nacre.io.files import remove_file, write_encoded
 from nacre.io.tensors import Tensors, from_file, to_bytes
 from nacre.runtime.interrupts import uninterrupted
 
+SAVE_EVERY = 45.0
+"""Seconds between saves of long work: a killed process loses no more."""
+
 _KEY = "nacre state"
 _LIMIT = 1 << 34
 _ARRAY, _TUPLE, _ITEMS, _FLOAT = "$array", "$tuple", "$items", "$float"
@@ -84,7 +87,7 @@ class Store:
         state: Callable[[], Any],
         restore: Callable[[Any], None],
         name: str = "",
-        seconds: float = 45.0,
+        seconds: float = SAVE_EVERY,
     ) -> Iterator[int]:
         """Numbers of steps, from the first that has not been taken; Ctrl-C waits for a step to end.
 

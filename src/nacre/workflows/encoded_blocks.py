@@ -19,11 +19,9 @@ from nacre.io.tensors import check_numbers
 from nacre.metrics.texture_errors import ErrorSums
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.records import Records
-from nacre.runtime.store import readable
+from nacre.runtime.store import SAVE_EVERY, readable
 from nacre.textures.codecs.codec import Coder, TexelCodec, on_all_cores
 
-SAVE_EVERY = 45.0
-"""Seconds between saves of the state: a killed process loses no more."""
 _INDEX = struct.Struct("<Q")
 _LARGEST = 1e100  # number in a state, so that sums stay finite
 
@@ -157,7 +155,7 @@ class EncodedBlocks:
         self._unsaved, self._saved = [], time.monotonic()
 
     def save_if_due(self) -> None:
-        """Save if :data:`SAVE_EVERY` has passed since the last save, or since the start."""
+        """Save if the time between saves has passed since the last one, or since the start."""
         if time.monotonic() - self._saved > SAVE_EVERY:
             self.save()
 

@@ -96,7 +96,7 @@ def encode(
         Texels read at a time; as many as :data:`BLOCK` holds if None.
     state
         File with the blocks that are done, for a later call to resume: a killed process loses at
-        most :data:`nacre.workflows.encoded_blocks.SAVE_EVERY` seconds, and Ctrl-C nothing. The
+        most :data:`nacre.runtime.store.SAVE_EVERY` seconds, and Ctrl-C nothing. The
         caller removes it once the codes are saved.
     fingerprint
         What else must be the same to resume, besides what this function sees.
