@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from nacre.array import Floats
-from nacre.btf import TableBtf
 from nacre.errors import FormatError, reason
 from nacre.io.files import abandoned, atomic_path, check_json, read_bytes
 from nacre.measured.textures import archive
@@ -55,12 +54,6 @@ class Settings:
             seed=self.seed, on_surface=on_surface, name=recipe.name,
         )  # fmt: skip
 
-    def take(
-        self, recipe: Recipe, progress: Progress | None = None, *, on_surface: bool = False
-    ) -> TableBtf:
-        """All values of :meth:`capture`."""
-        return self.capture(recipe, on_surface=on_surface).table(progress)
-
     def describe(self) -> dict[str, Any]:
         """As plain data; directions by number and SHA-256."""
         directions = hashlib.sha256(self.wi.tobytes() + self.wo.tobytes()).hexdigest()
@@ -99,7 +92,7 @@ def capture_all(
             path = folder / place(recipe)
             if not path.exists():
                 progress = report(recipe, done, len(recipes)) if report else None
-                archive.save(settings.take(recipe, progress), path)
+                archive.save(settings.capture(recipe), path, progress=progress)
 
 
 def _settle(path: Path, settings: Settings, recipes: tuple[Recipe, ...]) -> None:
