@@ -6,6 +6,7 @@ import math
 import struct
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from random import Random
 from typing import Any
 
@@ -29,7 +30,7 @@ class Specimen:
     name
         File name; its ending is the format's.
     files
-        Makes whole files, small ones.
+        Makes whole files, small ones; once, as some take long.
     header
         How many bytes at the start are worth cutting one by one.
     sized
@@ -59,6 +60,9 @@ class Specimen:
     companions: Mapping[str, bytes] = field(default_factory=dict)
     module: str = ""
     memory: int = 16 << 20
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "files", cache(self.files))
 
 
 def packed(number: int, size: int) -> bytes:

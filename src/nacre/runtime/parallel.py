@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager
 from typing import TypeVar
 
-from threadpoolctl import threadpool_limits
+from threadpoolctl import LibController, ThreadpoolController
 
 _In = TypeVar("_In")
 _Out = TypeVar("_Out")
@@ -23,50 +24,50 @@ def core_count() -> int:
 
 
 class _OneBlasThread:
-    """A limit that many blocks share: libraries know one number of threads, not one per block.
-
-    A thread of its own sets and undoes it. Blocks begin and end in any thread, and threadpoolctl
-    lets only the thread that set a limit change it, from 3.8 on.
-    """
+    """A limit that many blocks share: libraries know one number of threads, not one per block."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._blocks = 0
-        self._holder: _Holder
+        self._libraries: list[LibController] = []
+        self._modules = 0
+        self._before: list[int] = []
 
     def __enter__(self) -> None:
         with self._lock:
             if self._blocks == 0:
-                self._holder = _Holder()
+                self._find()
+                self._before = [library.num_threads for library in self._libraries]
+                for library in self._libraries:
+                    _set_threads(library, 1)
             self._blocks += 1
 
     def __exit__(self, *_: object) -> None:
         with self._lock:
             self._blocks -= 1
             if self._blocks == 0:
-                self._holder.end()
+                for library, count in zip(self._libraries, self._before, strict=True):
+                    _set_threads(library, count)
+
+    def _find(self) -> None:
+        """Look for libraries where modules, which may bring some, were imported since."""
+        if self._modules != len(sys.modules):
+            self._modules = len(sys.modules)
+            self._libraries = ThreadpoolController().select(user_api="blas").lib_controllers
 
 
-class _Holder(threading.Thread):
-    """A thread that holds the limit until its end."""
+def _set_threads(library: LibController, count: int) -> None:
+    """Set a library's number of threads from any thread.
 
-    def __init__(self) -> None:
-        super().__init__(name="one BLAS thread", daemon=True)
-        self._begun, self._ended = threading.Event(), threading.Event()
-        self.start()
-        self._begun.wait()
-
-    def run(self) -> None:
-        try:
-            with threadpool_limits(1, "blas"):
-                self._begun.set()
-                self._ended.wait()
-        finally:  # whoever waits must not wait for ever
-            self._begun.set()
-
-    def end(self) -> None:
-        self._ended.set()
-        self.join()
+    From 3.8 on, threadpoolctl ignores every thread but the one that set OpenBLAS's number last,
+    unless that one is forgotten.
+    """
+    forget = getattr(library, "clear_controlling_thread", None)
+    if forget is not None:
+        forget(force=True)
+    library.set_num_threads(count)
+    if forget is not None:
+        forget(force=True)
 
 
 _ONE_BLAS_THREAD = _OneBlasThread()
