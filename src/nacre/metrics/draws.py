@@ -9,25 +9,21 @@ import numpy as np
 from nacre.array import Floats
 from nacre.brdf import Brdf, Sampler
 from nacre.geometry import cosine_hemisphere, join, split
+from nacre.numerics.sobol import sobol
 from nacre.sampling.fit import fit_lobes
 
 REPLICATES = 8
 """Independent sets of points; the spread of their results is the error estimate."""
 
 
-def sobol(dimensions: int, count: int, seed: int = 0) -> Floats:
+def sobol_sets(dimensions: int, count: int, seed: int = 0) -> Floats:
     """Scrambled Sobol points in [0, 1), shape (:data:`REPLICATES`, count, dimensions).
 
     The number of points per set is a power of two.
     """
-    from scipy.stats import qmc
-
     generator = np.random.default_rng(seed)
-    sets = [
-        qmc.Sobol(dimensions, seed=generator).random_base2(int(count).bit_length() - 1)
-        for _ in range(REPLICATES)
-    ]
-    return np.stack(sets)
+    log2_count = int(count).bit_length() - 1
+    return np.stack([sobol(dimensions, log2_count, generator) for _ in range(REPLICATES)])
 
 
 class Proposal:
@@ -64,7 +60,7 @@ class Proposal:
 
 def draw_pairs(proposal: Proposal, count: int) -> tuple[Floats, Floats]:
     """Pairs (wi, wo), shapes (:data:`REPLICATES`, 2 count, 3), with :func:`pair_density`."""
-    u = sobol(5, count)
+    u = sobol_sets(5, count)
     wo = join(cosine_hemisphere(u[..., 3], u[..., 4]))
     return proposal.draw(wo, u[..., :3]), np.concatenate([wo, wo], axis=-2)
 

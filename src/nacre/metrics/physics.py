@@ -18,7 +18,7 @@ import numpy.typing as npt
 from nacre.array import Floats, Mask
 from nacre.brdf import Brdf
 from nacre.geometry import from_spherical, join, uniform_hemisphere
-from nacre.metrics.draws import REPLICATES, Proposal, draw_pairs, pair_density, sobol
+from nacre.metrics.draws import REPLICATES, Proposal, draw_pairs, pair_density, sobol_sets
 from nacre.runtime.parallel import thread_map
 
 _ROTATIONS = 16
@@ -76,7 +76,7 @@ def albedo(
     """
     proposal = proposal or Proposal(brdf)
     theta, phi = np.broadcast_arrays(np.asarray(theta, float), np.asarray(phi, float))
-    u = sobol(3, count, seed)
+    u = sobol_sets(3, count, seed)
     means = np.empty((*theta.shape, REPLICATES, 3))
 
     def at(view: tuple[int, ...]) -> Floats:
@@ -138,7 +138,7 @@ def anisotropy(brdf: Brdf, *, count: int = 256, proposal: Proposal | None = None
 
 def known_fraction(brdf: Brdf) -> float:
     """Fraction of pairs of directions, by solid angle, at which f_r is known, in [0, 1]."""
-    u = sobol(4, 2048)
+    u = sobol_sets(4, 2048)
     wi, wo = (join(uniform_hemisphere(u[..., k], u[..., k + 1])) for k in (0, 2))
     return float(brdf.valid(wi, wo).mean())
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import qmc
 
 from nacre.array import Floats
 from nacre.geometry import split, to_spherical
@@ -12,6 +11,7 @@ from nacre.io.files import PathLike
 from nacre.io.text_file import write_rows
 from nacre.measured.textures.directions import from_degrees
 from nacre.measured.textures.domes import BONN
+from nacre.numerics.sobol import sobol
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.codec import LinearBlock, TexelCodec
 
@@ -35,8 +35,7 @@ def candidate_pairs(
     the camera is, as on a phone; both are then within both angles. The seed scrambles. Gives `wi`
     and `wo`, unit directions, shape (count, 3).
     """
-    points = qmc.Sobol(4, rng=np.random.default_rng(seed)).random_base2((count - 1).bit_length())
-    points = points[:count]
+    points = sobol(4, (count - 1).bit_length(), np.random.default_rng(seed))[:count]
     if flash:
         views = min(lights, views)
     wo = _on_cap(points[:, :2], views)
