@@ -2,6 +2,9 @@
 PYTHON ?= python3
 RUN := .venv/bin/python
 SETUP := @$(PYTHON) scripts/setup.py
+# Tests start hundreds of processes: what they import is compiled once, whatever is set outside.
+export PYTHONDONTWRITEBYTECODE :=
+export PYTHONPYCACHEPREFIX := $(CURDIR)/.venv/pycache
 PYTEST := NACRE_SCREENSHOTS=$(CURDIR)/out/screenshots $(RUN) -m pytest -n auto --dist loadfile -q
 
 .PHONY: demo test test-all coverage test-lab lint bench fuzz site notebooks gallery gallery-sheets gallery-textures

@@ -87,6 +87,7 @@ def test_between_two_materials_f_is_at_most_their_mixture():
         assert (between <= (1 - t) * ends[0] + t * ends[1] + 1e-5).all()
 
 
+@pytest.mark.slow
 def test_a_map_shows_all_and_names_the_nearest(here, capsys):
     pytest.importorskip("openTSNE", reason="needs the extra 'latent'")
     files = [f"m{k}.npz" for k in range(6)]

@@ -49,6 +49,7 @@ def measured(plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
     return tmp_path / "paint.csv"
 
 
+@pytest.mark.slow
 def test_from_a_plan_to_a_network_with_its_uncertainty(capsys, measured):
     rows = [line for line in Path("plan.csv").read_text().splitlines() if line.endswith(",,,")]
     assert len(rows) == 12

@@ -98,6 +98,7 @@ def test_damaged_files_in_a_folder_are_passed_over(folder: Path, capsys: Any) ->
     assert len(facts(Path("page.html"))["materials"]) == 1
 
 
+@pytest.mark.slow
 def test_textures_are_shown_and_one_may_have_a_height_field(folder: Path, capsys: Any) -> None:
     require_mitsuba()
     Path("cloths").mkdir()

@@ -57,6 +57,7 @@ def test_too_little_to_load_mitsuba_is_told(left: int) -> None:
     assert found == "NacreError not enough memory to load mitsuba: raise ulimit -v\n"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="needs address space limits that hold")
 def test_too_little_to_render_is_told() -> None:
     found = limited(

@@ -171,6 +171,7 @@ def test_weights_above_one_have_the_gradient_of_autograd(heaviest):
     assert np.abs(flat(gradient) - expected).max() < 1e-5 * np.abs(expected).max()
 
 
+@pytest.mark.slow
 def test_adam_matches_torch_optim():
     layers, samples = random_layers(SHAPES[0]), random_samples(512)
     kernel = KernelTrainer(layers, 512)

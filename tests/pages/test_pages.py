@@ -13,7 +13,7 @@ import pytest
 
 from tests.data import require_data
 from tests.pages.pages import PAGES, distributions, downloads, required, type_page
-from tests.pages.typed import Block, TypingError, Typist, blocks, shell_lines, shows
+from tests.pages.typed import Block, TypingError, Typist, blocks, quick, shell_lines, shows
 from tests.tiers import tiered
 
 NOT_RUN = {
@@ -107,6 +107,20 @@ def test_blocks_of_a_page() -> None:
     assert (second.language, second.why_not, second.line) == ("python", "needs a network", 11)
     assert (third.name, third.text) == ("scene.xml", "<scene/>\n")
     assert (fourth.language, fourth.name, fourth.why_not) == ("text", "", "")
+
+
+@pytest.mark.parametrize(
+    ("line", "typed"),
+    [
+        ("nacre render a.bsdf  # b", "nacre render --spp 4 a.bsdf  # b"),
+        ("nacre render a.bsdf --spp 9", "nacre render a.bsdf --spp 9"),
+        ("nacre fit a -o - | nacre render -", "nacre fit a -o - | nacre render --spp 4 -"),
+        ("nacre btf capture a -o b.npz", "nacre btf capture --paths 8 a -o b.npz"),
+        ("nacre fit render", "nacre fit render"),
+    ],
+)
+def test_lines_that_draw_take_few_samples(line: str, typed: str) -> None:
+    assert quick(line) == typed
 
 
 @pytest.mark.parametrize(

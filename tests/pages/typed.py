@@ -4,7 +4,8 @@
 package than nacre. The function in RESULTS that has the page's name then gets the names that its
 Python left. Of the code blocks in the page,
 
-- those without a language are lines of a shell, but for the `INSTALLING` ones;
+- those without a language are lines of a shell, but for the `INSTALLING` ones; what they draw by
+  chance takes few samples unless they say how many (`FEW`);
 - `python` runs in this process, names stay from block to block;
 - `text` is what the block before it printed: `...` is any text, numbers agree to a tenth;
 - one in another language is saved if the paragraph before it says "Save this as `NAME`", otherwise
@@ -35,10 +36,21 @@ from typing import Any
 INSTALLING = ("apt-get ", "jupyter ", "make ", "pip ", "python3 -m venv ", "source ")
 """How lines begin that set up or end outside the folder."""
 
+FEW = {"btf capture": "--paths 8", "latent interpolate": "--spp 4", "render": "--spp 4"}
+"""Options that commands are given, as pictures of full quality would take most of the time."""
+
 READ = ("glsl", "html", "js", "slang", "xml")
 
 _LIMIT = 900  # seconds for a line
 _NUMBER = r"\d+(?:\.\d+)?(?:e[-+]\d+)?"
+
+
+def quick(line: str) -> str:
+    """A line whose commands take few samples, see :data:`FEW`."""
+    for command, option in FEW.items():
+        if option.split()[0] not in line:
+            line = re.sub(rf"\bnacre {command}\b", rf"nacre {command} {option}", line)
+    return line
 
 
 @dataclass(frozen=True)
@@ -138,7 +150,7 @@ class Typist:
     def _shell(self, number: int, line: str) -> str:
         began = time.monotonic()
         process = subprocess.Popen(
-            ["bash", "-c", line],
+            ["bash", "-c", quick(line)],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

@@ -92,6 +92,7 @@ class Formula:
         return weights.astype(np.float32), self.random.normal(size=outputs).astype(np.float32)
 
 
+@pytest.mark.slow
 def test_formulas_of_all_operations_are_written_as_they_are() -> None:
     needs(slang.Slang().missing())
     formulas = {f"f{seed}": Formula(seed) for seed in range(COUNT)}

@@ -100,6 +100,7 @@ def check_numbers(tab: Tab, truth: Brdf, other: Brdf, rel: float) -> None:
     assert found["angles"] == pytest.approx(asdict(angular_errors(truth, other)), rel=rel)
 
 
+@pytest.mark.slow
 def test_numbers_of_networks_and_formulas(compare: Tab) -> None:
     check_numbers(compare, NETWORK, STANDARD, 5e-5)
     select(compare, "Reference").select_option("Cloth, Network")
@@ -126,6 +127,7 @@ def test_numbers_of_tables(tab: Tab, tmp_path: Path) -> None:
         check_numbers(tab, brdf, SMOOTH, 2e-3)
 
 
+@pytest.mark.slow
 def test_pictures_and_their_numbers(compare: Tab) -> None:
     change = {"exposure": 1.5, "irradiance": [9, 8, 7], "shape": "cloth"}
     found = compare.page.evaluate(FRAMES, change)
@@ -236,6 +238,7 @@ def place(box: dict[str, float], frame: dict[str, float], part: float) -> Floats
     return np.array([x / half - 1.0, 1.0 - y / half]) / 0.97
 
 
+@pytest.mark.slow
 def test_keys_and_pointer_move_the_wipe(compare: Tab) -> None:
     handle = compare.page.get_by_role("slider", name="Wipe between")
     for key, wanted in (("ArrowRight", 52), ("PageDown", 42), ("End", 100), ("Home", 0)):

@@ -201,6 +201,7 @@ def test_what_fails_is_said_in_words(host: Host):
     assert host.page.get_by_role("alert").count() == len(elements)
 
 
+@pytest.mark.slow
 def test_axe_finds_nothing(host: Host):
     needs(None if AXE.is_file() else "axe-core (make tools, with npm)")
     host.open(

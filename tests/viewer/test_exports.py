@@ -126,6 +126,7 @@ def check(folder: Path, made: Iterable[NeuralBrdf]) -> None:
             assert found == expected.decode()
 
 
+@pytest.mark.slow
 def test_code_is_that_of_the_targets(tmp_path: Path) -> None:
     check(tmp_path, others())
 

@@ -77,6 +77,7 @@ def ended(tab: Tab) -> None:
     wait_for(tab.page, lambda: not tab.page.workers, "workers go on")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("k", "truth"), tiered([(0, SHINY), (1, BRUSHED)], lambda c: not c[0]))
 def test_a_formula_is_fitted_and_saved(tab: Tab, tmp_path: Path, k: int, truth: Brdf) -> None:
     tab.page.evaluate(f"window.page.choose({k})")
@@ -154,6 +155,7 @@ def test_what_is_known_nowhere_is_refused_in_a_line(tab: Tab) -> None:
     tab.page.evaluate("window.page.materials.read.clear()")
 
 
+@pytest.mark.slow
 def test_axe_finds_nothing_during_a_fit(tab: Tab) -> None:
     needs(None if AXE.is_file() else "axe-core (make tools, with npm)")
     tab.page.evaluate(AXE.read_text())
@@ -175,7 +177,7 @@ def test_without_webassembly_the_page_says_so(chromium: Any, tmp_path: Path) -> 
 
 
 @pytest.mark.slow
-def test_twenty_fits_leave_nothing_behind(tab: Tab) -> None:
+def test_many_fits_leave_nothing_behind(tab: Tab) -> None:
     held = """() => {
         const { renderer, materials, chosen } = window.page;
         return [renderer.linkedPrograms.size, materials.read.size, chosen.forms.length];
@@ -194,7 +196,7 @@ def test_twenty_fits_leave_nothing_behind(tab: Tab) -> None:
 
     fits(1, 2, 3)
     before, bytes_ = tab.page.evaluate(held), heap()
-    fits(*range(4, 24))
+    fits(*range(4, 12))
     assert tab.page.evaluate(held) == before
     ended(tab)
     assert heap() < bytes_ + 2e6

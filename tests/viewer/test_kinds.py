@@ -43,6 +43,7 @@ def opened(tab: Tab, folder: Path, hash_: str = "") -> Any:
     return tab.page
 
 
+@pytest.mark.slow
 def test_kinds_are_loaded_when_asked_for(tab: Tab, folder: Path) -> None:
     page = opened(tab, folder)
     assert page.locator("#count").inner_text() == "1"

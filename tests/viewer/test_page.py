@@ -79,6 +79,7 @@ def test_materials_are_shown_and_switched(tab: Tab) -> None:
     assert options.nth(2).get_attribute("aria-selected") == "true"
 
 
+@pytest.mark.slow
 def test_texts_of_files_stay_texts(tab: Tab) -> None:
     opened(tab)
     assert tab.page.title() == HOSTILE

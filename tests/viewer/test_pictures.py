@@ -110,6 +110,7 @@ def integrated(brdf: Brdf, lighting: Environment, frame: Floats) -> Floats:
     return np.asarray((brdf.eval(wi[above], wo) * light).sum(axis=0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("light", "name"),
     tiered(

@@ -111,6 +111,7 @@ def test_a_comparison_is_in_the_address(shown: Tab) -> None:
     assert shown.page.evaluate(ADDRESS) == address
 
 
+@pytest.mark.slow
 def test_hostile_addresses_do_nothing_bad(shown: Tab) -> None:
     reopened(shown, shown.page.url + HOSTILE)
     values = shown.page.evaluate("window.page.controls.values")

@@ -17,6 +17,7 @@ from tests.viewer.tab import patient
 pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 
 
+@pytest.mark.slow
 def test_a_slider_chooses_among_pictures(chromium: Any, tmp_path: Path) -> None:
     basis = random_basis()
     still = np.zeros((6, 6))

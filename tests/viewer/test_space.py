@@ -94,6 +94,7 @@ def mixed(found: dict[str, Any], place: list[float]) -> np.ndarray:
 PLACES = [[0.5, 0.5], [0.2, 0.7], [0.93, 0.11], [0.0, 1.0]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", PLACES)
 def test_a_place_is_decoded_as_nacre_decodes_it(space, place):
     basis, found = pretrained_hypernetwork(), at(space, place)

@@ -192,6 +192,7 @@ def test_what_is_converged_is_shown_as_it_is(tab: Tab) -> None:
     assert np.abs(shown(tab, small) - encoded)[middle].max() < 1.5 / 255.0
 
 
+@pytest.mark.slow
 def test_exposure_suits_the_material_but_leaves_it_its_kind(tab: Tab) -> None:
     tab.open(content())
     gains = []

@@ -256,6 +256,7 @@ def test_a_setting_that_only_one_side_knows_is_a_difference():
         carry_out(setup, Task("token", ("a.binary", ""), None))
 
 
+@pytest.mark.slow
 def test_a_worker_of_other_code_is_refused():
     setup = Setup(Fits(QUICK), QUICK.digest, nacre.__version__, "other", "topic", 1.0)
     with pytest.raises(NacreError, match="with other code than the run's"):

@@ -38,6 +38,7 @@ def test_included_codecs_encode_an_unseen_capture(capture, tmp_path, capsys, nam
     assert 1e-4 * found["mse_x_1e4"] < 0.25 * np.square(truth - mean).mean()
 
 
+@pytest.mark.slow
 def test_codecs_are_found_by_name_or_file(capture, tmp_path):
     assert codec_path(None) == PRETRAINED["basis"]
     assert codec_path("unified") == PRETRAINED["unified"]
