@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats
-
 BITS = 30
 """Of a coordinate."""
 _POLYNOMIALS = ((0, 0, ()), (1, 0, (1,)), (2, 1, (1, 3)), (3, 1, (1, 3, 1)), (3, 2, (1, 1, 1)))
@@ -17,7 +15,7 @@ DIMENSIONS = len(_POLYNOMIALS)
 _Bits = npt.NDArray[np.uint32]
 
 
-def sobol(dimensions: int, log2_count: int, random: np.random.Generator) -> Floats:
+def sobol(dimensions: int, log2_count: int, random: np.random.Generator) -> npt.NDArray[np.float64]:
     """Points of a Sobol sequence, scrambled: a matrix for each dimension, and a shift.
 
     Parameters
@@ -31,7 +29,7 @@ def sobol(dimensions: int, log2_count: int, random: np.random.Generator) -> Floa
 
     Returns
     -------
-    Floats
+    points
         In [0, 1), shape (2 ** log2_count, dimensions), in the order of Gray's code.
     """
     (random,) = random.spawn(1)
