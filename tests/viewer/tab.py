@@ -64,8 +64,7 @@ class Tab:
     size
         Of the window in pixels, width first.
     settings
-        Of Playwright's context: `color_scheme`, `reduced_motion`, ... One pixel of the canvas
-        stands for two by two of the page's unless `device_scale_factor` says otherwise.
+        Of Playwright's context: `color_scheme`, `reduced_motion`, ...
     """
 
     def __init__(
@@ -73,8 +72,6 @@ class Tab:
     ) -> None:
         self._folder = folder
         viewport = {"width": size[0], "height": size[1]}
-        # A quarter of the pixels on the same page: software draws them.
-        settings.setdefault("device_scale_factor", 0.5)
         self._context = patient(
             browser.new_context(viewport=viewport, accept_downloads=True, **settings)
         )
