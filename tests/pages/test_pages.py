@@ -1,4 +1,4 @@
-"""Every line of the README, of the start and of the guides runs as typed, in an empty folder."""
+"""Every line of the README, the start and the guides runs in an empty folder; see `typed`."""
 
 from __future__ import annotations
 

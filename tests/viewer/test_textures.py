@@ -284,12 +284,15 @@ def test_what_no_page_holds_is_refused() -> None:
 
 
 @pytest.mark.slow
-def test_a_page_of_three_textures_has_less_than_3_megabytes() -> None:
+@pytest.mark.parametrize("bytes_per_texel", [None, 8.0])
+def test_a_page_of_three_textures_has_less_than_3_megabytes(bytes_per_texel: float | None) -> None:
     held = Content([studio()])
     for name in ("leather", "tweed", "wood"):
         texture = nacre.load(f"captured:{name}")
         assert (texture.width, texture.height) == (128, 128)
-        held.add_texture(NeuralBtf(limited(texture.latent, Rate(8.0))))
+        if bytes_per_texel is not None:
+            texture = NeuralBtf(limited(texture.latent, Rate(bytes_per_texel)))
+        held.add_texture(texture)
     assert len(held.page("Textures")) < 3_000_000
 
 

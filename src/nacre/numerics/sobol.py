@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import numpy.typing as npt
 
@@ -11,8 +13,6 @@ _POLYNOMIALS = ((0, 0, ()), (1, 0, (1,)), (2, 1, (1, 3)), (3, 1, (1, 3, 1)), (3,
 """Degree, inner coefficients and first direction numbers of a dimension (Joe and Kuo 2008)."""
 DIMENSIONS = len(_POLYNOMIALS)
 """As many as there are numbers here for."""
-
-_Bits = npt.NDArray[np.uint32]
 
 
 def sobol(dimensions: int, log2_count: int, random: np.random.Generator) -> npt.NDArray[np.float64]:
@@ -41,13 +41,14 @@ def sobol(dimensions: int, log2_count: int, random: np.random.Generator) -> npt.
     # Bits from the highest to the lowest: a row of a matrix takes those at and above its own.
     bits = columns[:, :, None] >> places[::-1] & 1
     mixed = np.einsum("dpk,djk->djp", rows, bits) & 1
-    columns = mixed @ (1 << places[::-1])
-    points: _Bits = shift.astype(np.uint32)[None]
+    columns = (mixed @ (1 << places[::-1])).astype(np.uint32)
+    points = shift.astype(np.uint32)[None]
     for place in range(log2_count):
-        points = np.concatenate([points, points[::-1] ^ columns[:, place].astype(np.uint32)])
+        points = np.concatenate([points, points[::-1] ^ columns[:, place]])
     return points / float(1 << BITS)
 
 
+@cache
 def _columns(degree: int, inner: int, first: tuple[int, ...]) -> list[int]:
     """Direction numbers of a dimension, each shifted to the highest of :data:`BITS` bits."""
     numbers = list(first) if degree else [1] * BITS
