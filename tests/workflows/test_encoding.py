@@ -299,6 +299,24 @@ def test_equal_and_black_textures_have_figures():
     assert found.facts()["relative RMSE"] is None
 
 
+@pytest.mark.parametrize("dtype", [np.float16, np.float32])
+@pytest.mark.parametrize("chosen", [slice(None), np.array([0, 3, 4, 11])])
+def test_errors_are_those_of_double_precision(dtype, chosen):
+    random = np.random.default_rng(0)
+    truth = random.random((130, 12, 3)).astype(dtype)  # more than a core takes at a time
+    wo = UTIA.directions[:12][chosen]
+    other = random.random((130, len(wo), 3), np.float32)
+    sums = ErrorSums()
+    texels = sums.add(truth, other, wo, chosen)
+    difference = other - truth[:, chosen].astype(np.float64)
+    np.testing.assert_allclose(texels, np.square(difference).mean((1, 2)), rtol=1e-6)
+    count, squares, absolute, truths = sums.sums.sum(0)
+    assert count == difference.size
+    np.testing.assert_allclose(squares, np.square(difference).sum(), rtol=1e-6)
+    np.testing.assert_allclose(absolute, np.abs(difference).sum(), rtol=1e-6)
+    np.testing.assert_allclose(truths, np.square(truth[:, chosen].astype(float)).sum(), rtol=1e-6)
+
+
 def test_a_picture_folder_is_encoded_by_texel(tmp_path):
     made = texture()
     with transposed(ByImage(made), tmp_path, np.float32) as source:

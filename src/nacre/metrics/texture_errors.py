@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Doubles, Floats
+from nacre.compile.compilation import Compiled
 from nacre.runtime.parallel import thread_slices
 
 BIN = 15.0  # degrees of polar angle of the view per bin
@@ -23,6 +24,8 @@ UNITS = {
 _BINS = round(90.0 / BIN)
 _PART = 64  # texels that a core compares at a time
 _EDGE = 0.05  # degrees that a ring on an edge may be off
+
+_compare = Compiled("nacre.metrics.error_loops:compare")
 
 
 @dataclass(frozen=True)
@@ -86,23 +89,23 @@ class ErrorSums:
         The truth may be in half precision, and have more pairs of directions, of which some are
         chosen. Returns the mean squared error of every texel, shape (b,).
         """
+        texels = np.zeros(len(other), np.float32)
 
-        def compared(part: slice) -> tuple[Doubles, Floats]:
-            true = np.asarray(truth[part, chosen], np.float32)
-            difference = other[part] - true
-            texels = np.einsum("bnc,bnc->b", difference, difference) / difference[0].size
-            squares = np.einsum("bnc,bnc->n", difference, difference)
-            absolute = np.abs(difference, out=difference).sum((0, 2))
-            return np.stack([squares, absolute, np.einsum("bnc,bnc->n", true, true)]), texels
+        def compared(part: slice) -> Floats:
+            true = truth[part, chosen] if isinstance(chosen, slice) else truth[part].take(chosen, 1)
+            true = np.asarray(true, np.float32)
+            pairs = np.zeros((3, len(wo)), np.float32)
+            _compare(true, np.asarray(other[part], np.float32), texels[part], pairs)
+            return pairs
 
         parts = thread_slices(compared, len(other), _PART)
-        sums: Doubles = np.sum([part for part, _ in parts], axis=0, dtype=np.float64)
+        sums: Doubles = np.sum(parts, axis=0, dtype=np.float64)
         polar = np.degrees(np.arccos(np.clip(wo[:, 2], -1.0, 1.0)))
         bins = np.clip((polar + _EDGE) / BIN, 0, _BINS - 1).astype(int)
         for column, values in enumerate(sums, 1):
             self.sums[:, column] += np.bincount(bins, values, _BINS)
         self.sums[:, 0] += np.bincount(bins, minlength=_BINS) * (3 * len(truth))
-        return np.concatenate([texels for _, texels in parts])
+        return texels / (3 * len(wo))
 
     def result(self) -> Errors:
         """The errors of all that was counted; NaN where there is none."""

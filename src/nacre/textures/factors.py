@@ -73,10 +73,11 @@ def factor(
         for space, count in zip(spaces, (LUMAS, CHROMAS), strict=True)
     )
 
-    def weighed(values: Floats) -> Floats:
+    def projected(values: Floats) -> Floats:
         luma, chroma = split_roots(values)
         return np.concatenate([luma @ luma_space, *(chroma @ chroma_space)], axis=1)
 
+    weighed = on_all_cores(latent.codec, projected)
     shapes = level_shapes(height, width)[:levels]
     maps = [np.empty((*shape, LUMAS + 2 * CHROMAS), np.float32) for shape in shapes]
     rows = (decode(row.astype(np.float32)) for row in latent.codes)
