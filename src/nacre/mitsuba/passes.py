@@ -114,8 +114,8 @@ class Accumulation:
     sizes
         Samples per pixel of each pass.
     seed
-        The same seed gives the same pictures, except for rounding in sums whose order depends on
-        threads.
+        The same seed gives the same pictures, except for rounding where a film's filter reaches
+        beyond a pixel: threads add to it in any order.
     rows
         Rows of pixels to render at a time; by default all.
     integrator

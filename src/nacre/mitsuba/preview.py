@@ -77,8 +77,8 @@ def render_preview(
     spp
         Samples per pixel, at least 1; by default :func:`default_spp`.
     seed
-        The same seed gives the same picture, except for rounding in sums whose order depends on
-        the renderer's threads.
+        The same seed gives the same picture, except for rounding without the denoiser: samples
+        then count for pixels around theirs, and the renderer's threads add them in any order.
     environment
         The map, exposed here; by default the package's own.
     progress
