@@ -126,12 +126,18 @@ def inside(size: int) -> npt.NDArray[np.bool_]:
 def noise(mi: Any, bsdf: Any, light: str, size: int, repetitions: int) -> float:
     """Relative error of a picture."""
     scene, covered = sphere(mi, bsdf, light, size), inside(size)
-    pictures = np.stack(
-        [
-            np.array(mi.render(scene, spp=PATHS, seed=seed))[covered].astype(np.float64)
-            for seed in range(repetitions)
-        ]
+    return deviation(
+        np.stack(
+            [
+                np.array(mi.render(scene, spp=PATHS, seed=seed))[covered].astype(np.float64)
+                for seed in range(repetitions)
+            ]
+        )
     )
+
+
+def deviation(pictures: npt.NDArray[np.float64]) -> float:
+    """Relative error of pictures of one thing, shape (pictures, pixels, channels)."""
     converged, variance = pictures.mean(axis=0), pictures.var(axis=0, ddof=1)
     floor = (_DARK * converged.mean()) ** 2
     return float(np.sqrt((variance / (converged**2 + floor)).mean()))
