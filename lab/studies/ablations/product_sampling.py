@@ -3,8 +3,8 @@
 The sphere under the museum is that of :mod:`lab.studies.ablations.sampling`, and so is the error,
 but light is found in other ways than by sampling the material only, in an integrator of ours (see
 :mod:`nacre_lab.sampling.direct`) that all rows share. Pictures have 64 directions a pixel, or 64
-pairs where a row takes one from the material and one from the light. "8 a hit" finds 8 directions
-where a path meets the sphere, so a pixel has 8 paths.
+pairs where a row takes one from the material and one from the light. "1 + 7 a hit" finds 8
+directions where a path meets the sphere, 1 from the material, and a pixel has 8 paths.
 
 Time is that of the whole process, which other work on the machine changes little, in rounds in
 which all take turns, relative to `measured` that samples the material only: medians of rounds, then
@@ -68,8 +68,10 @@ def rows() -> list[Row]:
         Row("`fit_lobes`", "material and light, 4 pairs a hit", Separate(whole, count=4), 16),
         Row("`fit_lobes`", "one of the two", Product(whole)),
         Row("`fit_lobes`", "resampled from 8", Resampling(whole, 4)),
-        Row("`fit_lobes`", "product, 128 cells, 8 a hit", Product(fine, 4), 8),
-        Row("`fit_lobes`", "product, 512 cells, 8 a hit", Product(finest, 4), 8),
+        Row("`fit_lobes`", "resampled from 16", Resampling(whole, 8)),
+        Row("`fit_lobes`", "product, 128 cells, 4 + 4 a hit", Product(fine, 4, 4), 8),
+        Row("`fit_lobes`", "product, 128 cells, 1 + 7 a hit", Product(fine, 1, 7), 8),
+        Row("`fit_lobes`", "product, 512 cells, 1 + 7 a hit", Product(finest, 1, 7), 8),
     ]
 
 

@@ -116,31 +116,33 @@ class Product(Strategy):
     ----------
     cells
         The light.
-    pairs
-        Directions from each; with 0, one direction from either, chosen evenly.
+    material, product
+        Directions from each, or where there is none, one direction from either, chosen evenly.
     """
 
-    def __init__(self, cells: LightCells, pairs: int = 0) -> None:
-        self._cells, self._pairs = cells, pairs
+    def __init__(self, cells: LightCells, material: int = 0, product: int = 0) -> None:
+        self._cells, self._material, self._product = cells, material, product
 
     def draw(self, hit: Hit) -> list[tuple[Any, Array]]:
         dr: Any = require("drjit", "render")
-        mi, count = hit.mi, max(self._pairs, 1)
+        mi, strata = hit.mi, max(self._product, 1)
         sums, total = self._chances(hit)
 
         def from_cells(stratum: int) -> Any:
-            aim = (stratum + hit.number()) * (total / count)
+            aim = (stratum + hit.number()) * (total / strata)
             return hit.draw_light(self._cells, _search(mi, sums, aim))
 
-        if self._pairs:
-            drawn = [w for i in range(count) for w in (hit.draw_lobes()[0], from_cells(i))]
-        else:
-            drawn = [dr.select(hit.number() < 0.5, hit.draw_lobes()[0], from_cells(0))]
+        drawn = [hit.draw_lobes()[0] for _ in range(self._material)]
+        drawn += [from_cells(stratum) for stratum in range(self._product)]
+        share = self._material / len(drawn) if drawn else 0.5
+        if not drawn:
+            drawn = [dr.select(hit.number() < share, hit.draw_lobes()[0], from_cells(0))]
         result = []
         for w in drawn:
             cell, within = density(self._cells, w)
             before = dr.select(cell > 0, sums[dr.maximum(cell, 1) - 1], 0.0)
-            mixed = 0.5 * (hit.lobes(w) + within * (sums[cell] - before) / total)
+            chosen = within * (sums[cell] - before) / total
+            mixed = share * hit.lobes(w) + (1.0 - share) * chosen
             result.append((w, dr.select(mixed > 0.0, 1.0 / mixed, 0.0) / len(drawn)))
         return result
 
