@@ -65,7 +65,7 @@ def test_other_directions_have_no_known_density():
 
 
 @pytest.mark.slow
-def test_training_takes_noise_away_and_leaves_the_albedo():
+def test_training_covers_the_hemisphere():
     from nacre_lab.sampling.training import train
 
     brdf = Ggx(diffuse=(0.05,) * 3, specular=(0.5,) * 3, roughness=0.3)
@@ -78,6 +78,7 @@ def test_training_takes_noise_away_and_leaves_the_albedo():
         return brdf.eval(wi, view)[:, 0] * cosine
 
     truth = weights(brdf.sampler).mean()
-    little, more = (weights(train(brdf, steps=n, views=16)) for n in (5, 250))
-    assert more.std() < 0.6 * truth < little.std()
-    assert abs(more.mean() / truth - 1.0) < 0.04
+    little, more = (weights(train(brdf, steps=steps, views=16)) / truth for steps in (5, 250))
+    assert little.mean() < 0.5  # a map that leaves a part out misses its light
+    assert abs(more.mean() - 1.0) < 0.04
+    assert np.quantile(np.abs(np.log(np.maximum(more, 1e-9))), 0.9) < 0.8

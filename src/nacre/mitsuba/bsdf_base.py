@@ -107,11 +107,16 @@ def base_class(variant: str) -> Any:
             return value, adapter.masked(mi, density, active)
 
         def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            # Dr.Jit drops what only the density needs before it compiles.
-            return self.eval_pdf(ctx, si, wo, active)[0]
+            # Tracing the density only to drop it would take time, as would f_r below.
+            if not ctx.is_enabled(mi.BSDFFlags.GlossyReflection, 0):
+                return mi.Spectrum(0.0)
+            given, other = self.to_local(si, si.wi), self.to_local(si, wo)
+            active = active & (given[2] > 0) & (other[2] > 0)
+            with np.errstate(all="ignore"):
+                state = self.at(si, given)[0]
+                return self.value(ctx, si, state, given, other, active)
 
         def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            # Tracing f_r only to drop it would take most of the time.
             if not ctx.is_enabled(mi.BSDFFlags.GlossyReflection, 0):
                 return mi.Float(0.0)
             given, other = self.to_local(si, si.wi), self.to_local(si, wo)

@@ -18,8 +18,6 @@ from nacre_lab.sampling.light_cells import LightCells
 
 _LEAST = 1e-2
 """Share of cells' chances that follows from their light alone, so that none is left out."""
-_DARK = 1e-6
-"""Luminance that is added to the light in targets, so that light between pixels is found."""
 
 
 class Hit:
@@ -85,7 +83,7 @@ class Separate(Strategy):
 
     def draw(self, hit: Hit) -> list[tuple[Any, Array]]:
         dr: Any = require("drjit", "render")
-        found = []
+        found: list[tuple[Any, Any, Any]] = []
         for _ in range(self._count):
             if self._material:
                 w, mine = hit.draw_lobes()
@@ -170,8 +168,8 @@ class Product(Strategy):
 class Resampling(Strategy):
     """One of several candidates, half from lobes and half from the light.
 
-    It is chosen by the lobes' density times the light's luminance (Talbot et al. 2005, "Importance
-    Resampling for Global Illumination").
+    It is chosen by the product of both densities (Talbot et al. 2005, "Importance Resampling for
+    Global Illumination"), so that f_r and the light are looked up once.
     """
 
     def __init__(self, cells: LightCells, pairs: int = 4) -> None:
@@ -187,12 +185,11 @@ class Resampling(Strategy):
             else:
                 w = hit.draw_light(self._cells, mi.UInt32(0))
                 lobes = hit.lobes(w)
-            mixed = 0.5 * (lobes + density(self._cells, w)[1])
-            target = lobes * (mi.luminance(hit.radiance(w), hit.si.wavelengths) + _DARK)
-            weight = dr.select((mixed > 0.0) & (target > 0.0), target / mixed, 0.0)
+            light = density(self._cells, w)[1]
+            weight = dr.select(lobes > 0.0, 2.0 * lobes * light / (lobes + light), 0.0)
             total = total + weight
             taken = hit.number() * total < weight
-            kept, aim = dr.select(taken, w, kept), dr.select(taken, target, aim)
+            kept, aim = dr.select(taken, w, kept), dr.select(taken, lobes * light, aim)
         return [(kept, total / (2 * self._pairs * aim))]
 
 
