@@ -64,7 +64,7 @@ class Strategy(abc.ABC):
 
 
 class Separate(Strategy):
-    """Directions from a material's own sampler, from the light, or as many from each.
+    """A direction from a material's own sampler, from the light, or one from each.
 
     What both may find is weighted by the power heuristic, as by Mitsuba's `direct` and `path`.
 
@@ -74,30 +74,23 @@ class Separate(Strategy):
         The environment as one cell; None for the material only.
     material
         Whether the material's sampler is used.
-    count
-        Directions from each.
     """
 
-    def __init__(self, light: LightCells | None, material: bool = True, count: int = 1) -> None:
-        self._light, self._material, self._count = light, material, count
+    def __init__(self, light: LightCells | None, material: bool = True) -> None:
+        self._light, self._material = light, material
 
     def draw(self, hit: Hit) -> list[tuple[Any, Array]]:
         dr: Any = require("drjit", "render")
         found: list[tuple[Any, Any, Any]] = []
-        for _ in range(self._count):
-            if self._material:
-                w, mine = hit.draw_lobes()
-                found.append((w, mine, self._light and density(self._light, w)[1]))
-            if self._light:
-                w = hit.draw_light(self._light, hit.mi.UInt32(0))
-                mine = density(self._light, w)[1]
-                found.append((w, mine, hit.lobes(w) if self._material else None))
+        if self._material:
+            w, mine = hit.draw_lobes()
+            found.append((w, mine, self._light and density(self._light, w)[1]))
+        if self._light:
+            w = hit.draw_light(self._light, hit.mi.UInt32(0))
+            mine = density(self._light, w)[1]
+            found.append((w, mine, hit.lobes(w) if self._material else None))
         return [
-            (
-                w,
-                dr.select(p > 0.0, (1.0 / p if q is None else p / (p * p + q * q)), 0.0)
-                / self._count,
-            )
+            (w, dr.select(p > 0.0, 1.0 / p if q is None else p / (p * p + q * q), 0.0))
             for w, p, q in found
         ]
 
