@@ -58,7 +58,7 @@ MEASURED = "`measured`"
 LIGHTS = ("furnace", "environment")
 PATHS = 64
 """A pixel."""
-_DARK = 0.1
+DARK = 0.1
 """Of the picture's mean: what is darker counts less."""
 
 
@@ -126,14 +126,20 @@ def inside(size: int) -> npt.NDArray[np.bool_]:
 def noise(mi: Any, bsdf: Any, light: str, size: int, repetitions: int) -> float:
     """Relative error of a picture."""
     scene, covered = sphere(mi, bsdf, light, size), inside(size)
-    pictures = np.stack(
-        [
-            np.array(mi.render(scene, spp=PATHS, seed=seed))[covered].astype(np.float64)
-            for seed in range(repetitions)
-        ]
+    return deviation(
+        np.stack(
+            [
+                np.array(mi.render(scene, spp=PATHS, seed=seed))[covered].astype(np.float64)
+                for seed in range(repetitions)
+            ]
+        )
     )
+
+
+def deviation(pictures: npt.NDArray[np.float64]) -> float:
+    """Relative error of pictures of one thing, shape (pictures, pixels, channels)."""
     converged, variance = pictures.mean(axis=0), pictures.var(axis=0, ddof=1)
-    floor = (_DARK * converged.mean()) ** 2
+    floor = (DARK * converged.mean()) ** 2
     return float(np.sqrt((variance / (converged**2 + floor)).mean()))
 
 

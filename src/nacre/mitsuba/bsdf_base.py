@@ -107,11 +107,23 @@ def base_class(variant: str) -> Any:
             return value, adapter.masked(mi, density, active)
 
         def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            # Dr.Jit drops what only the density needs before it compiles.
-            return self.eval_pdf(ctx, si, wo, active)[0]
+            # Tracing the density only to drop it would take time, as would f_r below.
+            if not ctx.is_enabled(mi.BSDFFlags.GlossyReflection, 0):
+                return mi.Spectrum(0.0)
+            given, other = self.to_local(si, si.wi), self.to_local(si, wo)
+            active = active & (given[2] > 0) & (other[2] > 0)
+            with np.errstate(all="ignore"):
+                state = self.at(si, given)[0]
+                return self.value(ctx, si, state, given, other, active)
 
         def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return self.eval_pdf(ctx, si, wo, active)[1]
+            if not ctx.is_enabled(mi.BSDFFlags.GlossyReflection, 0):
+                return mi.Float(0.0)
+            given, other = self.to_local(si, si.wi), self.to_local(si, wo)
+            active = active & (given[2] > 0) & (other[2] > 0)
+            with np.errstate(all="ignore"):
+                density = self.at(si, given)[1].pdf_components(other, given)
+            return adapter.masked(mi, density, active)
 
         def to_string(self) -> str:
             lines = "".join(f"  {name} = {value},\n" for name, value in self.describe().items())
