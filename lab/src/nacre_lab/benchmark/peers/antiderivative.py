@@ -52,7 +52,7 @@ _TINY = 1e-30
 
 
 def coordinates(wi: Components, wo: Components) -> tuple[Array, Array, Array]:
-    """The smaller and the larger u, and phi in [0, pi]: the same to the last bit for both orders."""
+    """The smaller and the larger u, and phi in [0, pi], to the same bits for both orders."""
     xp = namespace(*wi, *wo)
     light, view = (1.0 - w[2] * w[2] for w in (wi, wo))
     across = xp.abs(wi[0] * wo[1] - wi[1] * wo[0])

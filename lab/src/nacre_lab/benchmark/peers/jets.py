@@ -1,9 +1,9 @@
 """Mixed derivatives by each of three variables at most once, carried along a formula.
 
-A jet holds the derivatives of a value by sets of variables, each set a bit mask: 0 the value itself,
-1, 2 and 4 the derivatives by one variable, 7 that by all three. Sums, products and functions of jets
-follow from Leibniz's rule and Faa di Bruno's over partitions of the set. What a jet holds may be
-arrays of any library, or numbers.
+A jet holds the derivatives of a value by sets of variables, each set a bit mask: 0 the value
+itself, 1, 2 and 4 the derivatives by one variable, 7 that by all three. Sums, products and
+functions of jets follow from Leibniz's rule and Faa di Bruno's over partitions of the set. What a
+jet holds may be arrays of any library, or numbers.
 """
 
 from __future__ import annotations
@@ -31,7 +31,9 @@ class Jet:
 
     def __add__(self, other: Jet | float) -> Jet:
         if not isinstance(other, Jet):
-            return Jet({key: part + other if key == 0 else part for key, part in self.parts.items()})
+            return Jet(
+                {key: part + other if key == 0 else part for key, part in self.parts.items()}
+            )
         return Jet({key: part + other.parts[key] for key, part in self.parts.items()})
 
     def __mul__(self, other: Jet | float) -> Jet:

@@ -17,8 +17,10 @@ torch: Any = require("torch", "torch")
 Tensor: TypeAlias = Any
 
 Term: TypeAlias = Callable[[Tensor, Callable[[Tensor], Tensor]], Tensor]
-"""A term of the loss: from a batch (samples, rows), laid out as :class:`nacre.neural.samples.Samples`
-says, and a function from network inputs (n, k) to f_r (n, 3), which may be negative, to a number."""
+"""A term of the loss, from a batch and from the network as it is.
+
+The batch has shape (samples, rows), laid out as :class:`nacre.neural.samples.Samples` says. The
+network is a function from its inputs (n, k) to f_r (n, 3), which may be negative."""
 
 
 class PenalizedTrainer(TorchTrainer):

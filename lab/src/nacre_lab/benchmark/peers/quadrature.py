@@ -51,7 +51,9 @@ class PassivityTerm:
 
     def __post_init__(self) -> None:
         angles = np.linspace(0.0, 0.5 * math.pi, VIEWS, endpoint=False)
-        u = (0.5 + np.arange(POINTS)[:, None] * np.array([0.7548776662466927, 0.5698402909980532])) % 1
+        u = (
+            0.5 + np.arange(POINTS)[:, None] * np.array([0.7548776662466927, 0.5698402909980532])
+        ) % 1
         wi = join(cosine_hemisphere(u[:, 0], u[:, 1]))
 
         def bank(angle: float) -> Tensor:
