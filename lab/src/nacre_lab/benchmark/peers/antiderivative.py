@@ -203,7 +203,7 @@ class Training:
     """Settings of a fit."""
 
     hidden: tuple[int, ...] = (21, 21)
-    steps: int = 3000
+    steps: int = 2000
     batch: int = 512
     samples: int = 200_000
     learning_rate: float = 5e-3
