@@ -9,7 +9,6 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="needs the extra 'torch'")
 
-from nacre.analytic import MODELS  # noqa: E402
 from nacre.array import Components, Floats  # noqa: E402
 from nacre.errors import NacreError  # noqa: E402
 from nacre.geometry import uniform_hemisphere  # noqa: E402
@@ -26,7 +25,7 @@ from nacre_lab.benchmark.peers.antiderivative import (  # noqa: E402
 from nacre_lab.benchmark.peers.jets import ALL  # noqa: E402
 from tests.oracles.reflectances import Glossy  # noqa: E402
 
-SHORT = Training(hidden=(8, 8), steps=120, batch=256, samples=4000, learning_rate=1e-2)
+SHORT = Training(hidden=(8, 8), steps=40, batch=256, samples=4000, learning_rate=1e-2)
 
 
 @pytest.fixture(scope="module")
@@ -80,12 +79,10 @@ def test_gradients_of_the_albedo_are_those_of_differences(network: PassiveNetwor
 def test_a_fit_is_passive_where_the_material_is_not() -> None:
     bright = Glossy(1.1, 0.1, 0.4)
     found = fit_antiderivative(bright, SHORT)
-    assert found.albedo(np.linspace(0.0, 1.0, 301)).max() < 1.0
+    assert 0.5 < found.albedo(np.linspace(0.0, 1.0, 301)).max() < 1.0
     assert found.nbytes == 2 * (6 * 8 + 8 + 8 * 8 + 8 + 8 * 3 + 3)
-    up = np.array([[0.0, 0.6, 0.8]])
-    assert 0.2 < found.eval(up, up * [1.0, -1.0, 1.0])[0, 0] < 0.6
 
 
 def test_anisotropic_materials_are_refused() -> None:
     with pytest.raises(NacreError, match="is for isotropic materials"):
-        fit_antiderivative(MODELS["disney-anisotropic"](), SHORT)
+        fit_antiderivative(Glossy(0.1, 0.3, 0.15, 0.5), SHORT)
