@@ -3,7 +3,7 @@
 Zhou et al. 2024, "Physically Based Neural Bidirectional Reflectance Distribution Function", arXiv
 2411.02347. What is public besides the abstract says: Helmholtz reciprocity by reparametrized
 inputs, energy passivity by an antiderivative whose derivative is f_r, and a loss that supervises
-the norms of colors. How these meet is not, so this construction is our own.
+the norms of colors. How these meet could not be found, so this construction is our own.
 
 Let u = sin(theta)^2 for either direction, and phi the azimuth between them. The network H(u_i, u_o,
 phi) sees inputs that stay the same when u_i and u_o are swapped, and
@@ -14,7 +14,7 @@ which is as symmetric. As cos(theta) sin(theta) dtheta = du / 2, the albedo of a
 
     a(u_o) = [ dH / du_o ] taken between u_i = 0 and 1, and between phi = 0 and pi:
 
-four evaluations of a first derivative. Training adds its square where it exceeds 1; what is left is
+four evaluations of a first derivative. Training adds the square of what exceeds 1; what is left is
 divided out, as f_r is linear in the last layer. f_r may be negative, and is clamped as any other.
 """
 
@@ -47,7 +47,7 @@ _LIGHT, _VIEW, _AZIMUTH = 1, 2, 4  # bits of u_i, u_o and phi in jets
 _SMOOTH = 2e-3  # added to u before its square root, whose derivative it keeps finite
 _HIGHLIGHT = 1e-3  # added before the logarithm of the distance from the mirror direction
 _GRAZING = 1.03  # minus u is what opens up grazing angles, by its logarithm
-_CEILING = 0.9995  # of the albedo after the last division, so that rounding stays below 1
+_CEILING = 0.9995  # of the albedo after a division, so that rounding of the weights stays below 1
 _TINY = 1e-30
 
 
@@ -266,8 +266,7 @@ def fit_antiderivative(brdf: Brdf, settings: Training) -> PassiveNetwork:
     if not all(np.isfinite(array).all() for layer in layers for array in layer):
         raise NacreError(f"{name}: training diverged")
     network = PassiveNetwork(layers, brdf.name)
-    largest = float(network.albedo(np.linspace(0.0, 1.0, 257)).max())
-    if largest > _CEILING:
+    while (largest := float(network.albedo(np.linspace(0.0, 1.0, 257)).max())) > 1.0:
         *first, last = network.layers
         scale = _CEILING / largest
         layers = [*first, Layer(scale * last.weights, scale * last.biases)]
