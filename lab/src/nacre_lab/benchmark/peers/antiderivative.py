@@ -134,7 +134,7 @@ class PassiveNetwork(LobeSampledBrdf):
         red, green, blue = xp.dense(thirds, last.weights, last.biases)
         return red, green, blue
 
-    def albedo(self, cosines: Floats) -> Floats:
+    def analytic_albedo(self, cosines: Floats) -> Floats:
         """The analytic albedo of views, shape (n, 3), negative f_r included."""
         parameters = [torch.from_numpy(np.float64(p)) for layer in self.layers for p in layer]
         return np.asarray(AlbedoTerm(1.0 - np.square(np.float64(cosines))).albedo(parameters))
@@ -266,7 +266,7 @@ def fit_antiderivative(brdf: Brdf, settings: Training) -> PassiveNetwork:
     if not all(np.isfinite(array).all() for layer in layers for array in layer):
         raise NacreError(f"{name}: training diverged")
     network = PassiveNetwork(layers, brdf.name)
-    while (largest := float(network.albedo(np.linspace(0.0, 1.0, 257)).max())) > 1.0:
+    while (largest := float(network.analytic_albedo(np.linspace(0.0, 1.0, 257)).max())) > 1.0:
         *first, last = network.layers
         scale = _CEILING / largest
         layers = [*first, Layer(scale * last.weights, scale * last.biases)]

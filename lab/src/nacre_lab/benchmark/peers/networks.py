@@ -33,7 +33,7 @@ def networks(settings: Settings) -> dict[str, Method]:
     return {
         "pbnbrdf-675": _antiderivative(settings, (21, 21)),
         LARGE: _antiderivative(settings, (64, 64)),
-        "pbnbrdf-quadrature-675": _quadrature(settings),
+        "pbnbrdf-quadrature-675": _quadrature(replace(recipe, physical=True)),
         "frequency-675": _frequency("nacre's loss and FreNBRDF's", recipe, FREQUENCY),
         "frequency-675-paper": _frequency(
             "absolute errors and FreNBRDF's loss", recipe, 0.1, gain=_ABSOLUTE
@@ -59,15 +59,7 @@ def _antiderivative(settings: Settings, hidden: tuple[int, int]) -> Method:
     return Method(about, fit, "network", options)
 
 
-def _quadrature(settings: Settings) -> Method:
-    recipe = Recipe(
-        physical=True,
-        batch=_BATCH,
-        epochs=max(1, round(_EPOCHS * settings.epochs)),
-        samples=settings.samples,
-        seed=settings.seed,
-    )
-
+def _quadrature(recipe: Recipe) -> Method:
     def fit(brdf: Brdf) -> Brdf:
         from nacre_lab.benchmark.peers.quadrature import fit_quadrature
 
