@@ -63,7 +63,8 @@ def fit_with(material: FitData, terms: Sequence[Term]) -> NeuralBrdf:
     """
     with one_thread():
         trainer = PenalizedTrainer(material, terms)
-        stacks = (SampleStack([part], "cpu") for part in (material.training, material.held_out))
-        losses = train(trainer, *stacks, replace(material.recipe, starts=1))
+        training = SampleStack([material.training], "cpu")
+        held_out = SampleStack([material.held_out], "cpu")
+        losses = train(trainer, training, held_out, replace(material.recipe, starts=1))
         (layers,) = trainer.layers()
     return material.finish(layers, {name: float(value[0]) for name, value in losses.items()})
