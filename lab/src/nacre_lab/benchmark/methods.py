@@ -16,6 +16,7 @@ from nacre.latent.file import PRETRAINED, find_basis
 from nacre.neural import Recipe, fit
 from nacre.runtime.progress import Progress
 from nacre_lab.benchmark import METHODS
+from nacre_lab.benchmark.peers.networks import LARGE, networks
 from nacre_lab.benchmark.protocol import GIVEN
 from nacre_lab.benchmark.splits import Split
 from nacre_lab.reproduce.cache import Cache
@@ -43,7 +44,7 @@ _FILES = {
 _REPLACED = "published", "pca"
 """Methods of :mod:`nacre_lab.reproduce` that need the user's files; here the wheel has them."""
 
-SLOW = "texture-network-2019", "autoencoder-projected", "autoencoder-refined"
+SLOW = "texture-network-2019", "autoencoder-projected", "autoencoder-refined", LARGE
 """Methods that take minutes per material or to train a basis; they run only on request."""
 
 
@@ -135,6 +136,7 @@ def methods(settings: Settings, bases: Bases | None = None) -> dict[str, Method]
             "network",
             {GIVEN: "was fitted by its authors"},
         ),
+        **networks(settings),
         **{name: _coded(code, bases) for name, code in CODES.items()},
         **{f"file{ending}": _file(ending, about) for ending, about in _FILES.items()},
     }
