@@ -1,3 +1,4 @@
+# ruff: noqa: N802  (the names are those of CUDA)
 """CUDA without a card: kernels run on the processor, as `cuda.cpp` says."""
 
 from __future__ import annotations
@@ -9,7 +10,9 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-_FLAGS = "-std=c++20 -O1 -shared -fPIC -pthread -fno-fast-math -ffp-contract=off -Wno-unknown-pragmas"
+_FLAGS = (
+    "-std=c++20 -O1 -shared -fPIC -pthread -fno-fast-math -ffp-contract=off -Wno-unknown-pragmas"
+)
 
 COMPILER = shutil.which("g++")
 

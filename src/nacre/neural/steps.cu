@@ -96,21 +96,25 @@ __device__ inline float4& quad(Shared& s, int row, int sample) {
 
 __device__ inline float& lane(float4& v, int k) { return (&v.x)[k]; }
 
-// Sum of `count` rows times weights, for four samples and a tile of results. Weights of one row are
-// `across` apart from each other, those of one result `along`; results past the last repeat it.
-template <int TILED>
+// Sums of COUNT rows times weights, for four samples and TILED of RESULTS results. The weights of one
+// row are ACROSS apart from each other, those of one result ALONG; past the last result is the last.
+template <int TILED, int RESULTS, int COUNT, int ACROSS, int ALONG>
 __device__ inline void products(
-    Shared& s, float4 (&sum)[TILED], int first_row, int count, int sample, const float* weights,
-    int across, int along, int first, int last
+    Shared& s, float4 (&sum)[TILED], int first_row, int sample, const float* weights, int first
 ) {
+    weights += first * ACROSS;
     int places[TILED];
-    for (int a = 0; a < TILED; ++a) places[a] = (first + a < last ? first + a : last) * across;
+#pragma unroll
+    for (int a = 0; a < TILED; ++a) {
+        const bool fits = RESULTS % TILED == 0 || first + a < RESULTS;
+        places[a] = (fits ? a : RESULTS - 1 - first) * ACROSS;
+    }
 #pragma unroll 3
-    for (int k = 0; k < count; ++k) {
+    for (int k = 0; k < COUNT; ++k) {
         const float4 x = quad(s, first_row + k, sample);
 #pragma unroll
         for (int a = 0; a < TILED; ++a) {
-            const float w = weights[places[a] + k * along];
+            const float w = weights[places[a] + k * ALONG];
             sum[a].x = fmaf(w, x.x, sum[a].x);
             sum[a].y = fmaf(w, x.y, sum[a].y);
             sum[a].z = fmaf(w, x.z, sum[a].z);
@@ -144,21 +148,27 @@ __device__ void forward(Shared& s, int valid, float scale) {
             const float bias = weights[in * out + (first + a < out ? first + a : out - 1)];
             sum[a] = make_float4(bias, bias, bias, bias);
         }
-        products<tile>(s, sum, activation_row(L), in, sample, weights, 1, out, first, out - 1);
-        for (int a = 0; a < tile && first + a < out; ++a)
-            for (int k = 0; k < 4; ++k) {
-                float& x = lane(sum[a], k);
-                if (L + 1 < LAYERS) {
-                    x = x < 0.0f ? 0.0f : x;  // keeps what is not a number
-                    if (SQUARED) x *= x;
-                } else {
-                    const float target = lane(quad(s, width(0) + first + a, sample), k);
-                    const float weight = lane(quad(s, width(0) + OUTPUTS, sample), k);
-                    x = sample + k < valid ? loss_slope(x, target, weight, scale) : 0.0f;
+        products<tile, out, in, 1, out>(s, sum, activation_row(L), sample, weights, first);
+#pragma unroll
+        for (int a = 0; a < tile; ++a) {
+            if (out % tile && first + a >= out) continue;
+            if constexpr (L + 1 < LAYERS) {
+                for (int k = 0; k < 4; ++k) {
+                    const float x = lane(sum[a], k), y = x < 0.0f ? 0.0f : x;  // keeps NaNs
+                    lane(sum[a], k) = SQUARED ? y * y : y;
                 }
+                quad(s, activation_row(L + 1) + first + a, sample) = sum[a];
+            } else {
+                float4 target = quad(s, width(0) + first + a, sample);
+                float4 weight = quad(s, width(0) + OUTPUTS, sample);
+                for (int k = 0; k < 4; ++k) {
+                    float& x = lane(sum[a], k);
+                    x = loss_slope(x, lane(target, k), lane(weight, k), scale);
+                    if (sample + k >= valid) x = 0.0f;
+                }
+                quad(s, gradient_row(LAYERS) + first + a, sample) = sum[a];
             }
-        constexpr int row = L + 1 < LAYERS ? activation_row(L + 1) : gradient_row(LAYERS);
-        for (int a = 0; a < tile && first + a < out; ++a) quad(s, row + first + a, sample) = sum[a];
+        }
     }
     __syncthreads();
     if constexpr (L + 1 < LAYERS) forward<L + 1>(s, valid, scale);
@@ -176,15 +186,14 @@ __device__ void backward(Shared& s) {
             float4 sum[tile];
 #pragma unroll
             for (int a = 0; a < tile; ++a) sum[a] = make_float4(0.0f, 0.0f, 0.0f, 0.0f);
-            products<tile>(
-                s, sum, gradient_row(L + 1), out, sample, weights, out, 1, first, in - 1
-            );
-            for (int a = 0; a < tile && first + a < in; ++a) {
+            products<tile, in, out, out, 1>(s, sum, gradient_row(L + 1), sample, weights, first);
+#pragma unroll
+            for (int a = 0; a < tile; ++a) {
+                if (in % tile && first + a >= in) continue;
                 float4 y = quad(s, activation_row(L) + first + a, sample);
                 for (int k = 0; k < 4; ++k) {
-                    const float x = lane(y, k);
-                    lane(y, k) = SQUARED ? lane(sum[a], k) * (2.0f * sqrtf(x))
-                                         : (x <= 0.0f ? 0.0f : lane(sum[a], k));
+                    const float x = lane(y, k), g = lane(sum[a], k);
+                    lane(y, k) = SQUARED ? g * (2.0f * sqrtf(x)) : x <= 0.0f ? 0.0f : g;
                 }
                 quad(s, gradient_row(L) + first + a, sample) = y;
             }

@@ -17,6 +17,8 @@ from nacre.errors import require
 _MULTIPROCESSORS, _MAJOR, _MINOR, _SHARED_MEMORY = 16, 75, 76, 97  # CUdevice_attribute
 _DYNAMIC_SHARED_MEMORY = 8  # CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES
 
+_OPTIONS = b"--std=c++17", b"--prec-div=false", b"--prec-sqrt=false"  # both are good to 2 ulp
+
 
 class CudaError(RuntimeError):
     """What NVRTC or the driver refused, and its words for it."""
@@ -27,8 +29,10 @@ def library() -> ctypes.CDLL:
     torch = require("torch", "torch")
     path = Path(torch.__file__).parent / "lib" / "libcaffe2_nvrtc.so"
     try:
-        return ctypes.CDLL(str(path))
-    except OSError as error:
+        found = ctypes.CDLL(str(path))
+        assert found.nvrtcCreateProgram and found.cuLaunchKernel  # AttributeError without
+        return found
+    except (OSError, AttributeError) as error:
         raise CudaError(f"{path.name} does not load: {error}") from error
 
 
@@ -94,7 +98,7 @@ def compiled(source: str, capability: int, functions: ctypes.CDLL) -> bytes:
         content(program, buffer)
         return buffer.raw
 
-    options = [f"--gpu-architecture=sm_{capability}".encode(), b"--std=c++17"]
+    options = [f"--gpu-architecture=sm_{capability}".encode(), *_OPTIONS]
     created = functions.nvrtcCreateProgram(
         ctypes.byref(program), source.encode(), b"nacre.cu", 0, None, None
     )
