@@ -21,6 +21,7 @@ from nacre.runtime.cuda_kernel import Card, CudaError
 from tests.neural.test_trainers import autograd, flat, random_layers
 from tests.oracles.cuda import COMPILER, EmulatedCuda
 from tests.reflectances import Glossy
+from tests.tiers import tiered
 
 torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
 from nacre.neural import torch_steps  # noqa: E402  (needs PyTorch)
@@ -67,7 +68,9 @@ def trained(kind, samples, layers, form=(RELU, 1.0), epochs=2):
 
 
 @emulated
-@pytest.mark.parametrize(("sizes", "activation", "offset", "properties", "launch"), CASES)
+@pytest.mark.parametrize(
+    ("sizes", "activation", "offset", "properties", "launch"), tiered(CASES, CASES[:2])
+)
 def test_the_kernel_takes_the_steps_of_pytorch(card, sizes, activation, offset, properties, launch):
     found = card(**properties)
     samples = different(2, inputs=sizes[0], outputs=sizes[-1])
@@ -162,6 +165,7 @@ def test_all_materials_may_share_an_order_and_one_that_is_not_a_number_does_not_
     np.testing.assert_allclose(results[0][0], flat(expected.layers()[0]), rtol=0, atol=2e-6)
 
 
+@pytest.mark.slow
 @emulated
 def test_a_fit_on_a_card_is_that_of_the_processor(card, monkeypatch):
     found, recipe = card(**H200), Recipe(epochs=3, samples=20_000)
@@ -177,7 +181,7 @@ def test_a_fit_on_a_card_is_that_of_the_processor(card, monkeypatch):
 def gives_up(layers, why):
     """Whether a trainer warns, and then takes the steps of PyTorch."""
     samples = different(2)
-    with pytest.warns(RuntimeWarning, match=f"'cpu': training steps are launched .*{why}"):
+    with pytest.warns(RuntimeWarning, match=f"'cpu': each step is launched by itself.*{why}"):
         trainer = trained(StepsTrainer, samples, layers)
     expected = trained(TorchTrainer, samples, layers)
     return all(
@@ -205,6 +209,7 @@ def test_a_source_that_does_not_compile_is_said_in_the_compilers_words(card, mon
     assert found.options[0] == b"--gpu-architecture=sm_75"
 
 
+@pytest.mark.slow
 @emulated
 def test_a_kernel_whose_first_gradient_is_wrong_is_given_up(card, monkeypatch):
     card(**T4)

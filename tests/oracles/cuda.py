@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import tempfile
 from pathlib import Path
+from typing import Any
 
 _FLAGS = (
     "-std=c++20 -O1 -shared -fPIC -pthread -fno-fast-math -ffp-contract=off -Wno-unknown-pragmas"
@@ -51,41 +52,43 @@ class EmulatedCuda:
 
     @property
     def launches(self) -> int:
-        return sum(module.emulated_launches() for module in self.modules)
+        return sum(int(module.emulated_launches()) for module in self.modules)
 
-    def nvrtcCreateProgram(self, program, source, name, headers, texts, names):
+    def nvrtcCreateProgram(
+        self, program: Any, source: Any, name: Any, headers: Any, texts: Any, names: Any
+    ) -> Any:
         self._source = source
         program._obj.value = 1
         return 0
 
-    def nvrtcCompileProgram(self, program, count, options):
+    def nvrtcCompileProgram(self, program: Any, count: Any, options: Any) -> Any:
         self.options = list(options)
         self._made = _library(self._source, "train")
         return 6 if isinstance(self._made, str) else 0
 
-    def nvrtcGetProgramLogSize(self, program, size):
-        size._obj.value = len(self._made.encode()) + 1
+    def nvrtcGetProgramLogSize(self, program: Any, size: Any) -> None:
+        size._obj.value = len(str(self._made).encode()) + 1
 
-    def nvrtcGetProgramLog(self, program, buffer):
-        buffer.value = self._made.encode()
+    def nvrtcGetProgramLog(self, program: Any, buffer: Any) -> None:
+        buffer.value = str(self._made).encode()
 
-    def nvrtcGetCUBINSize(self, program, size):
+    def nvrtcGetCUBINSize(self, program: Any, size: Any) -> None:
         size._obj.value = len(self._made)
 
-    def nvrtcGetCUBIN(self, program, buffer):
+    def nvrtcGetCUBIN(self, program: Any, buffer: Any) -> None:
         buffer.raw = self._made
 
-    def nvrtcDestroyProgram(self, program):
+    def nvrtcDestroyProgram(self, program: Any) -> None:
         program._obj.value = None
 
-    def cuCtxGetDevice(self, device):
+    def cuCtxGetDevice(self, device: Any) -> Any:
         return 0
 
-    def cuDeviceGetAttribute(self, value, name, device):
+    def cuDeviceGetAttribute(self, value: Any, name: Any, device: Any) -> Any:
         value._obj.value = self._attributes[name]
         return 0
 
-    def cuModuleLoadData(self, module, code):
+    def cuModuleLoadData(self, module: Any, code: Any) -> Any:
         with tempfile.NamedTemporaryFile(suffix=".so") as file:
             file.write(code)
             file.flush()
@@ -93,15 +96,15 @@ class EmulatedCuda:
         self.modules[-1].emulate_order(self._order)
         return 0
 
-    def cuModuleGetFunction(self, function, module, name):
+    def cuModuleGetFunction(self, function: Any, module: Any, name: Any) -> Any:
         return 0 if name == b"train" else 500
 
-    def cuFuncSetAttribute(self, function, attribute, value):
+    def cuFuncSetAttribute(self, function: Any, attribute: Any, value: Any) -> Any:
         return self.modules[-1].cuFuncSetAttribute(function, attribute, value)
 
-    def cuLaunchKernel(self, function, *arguments):
+    def cuLaunchKernel(self, function: Any, *arguments: Any) -> Any:
         return self.modules[-1].cuLaunchKernel(function, *arguments)
 
-    def cuGetErrorString(self, status, words):
+    def cuGetErrorString(self, status: Any, words: Any) -> Any:
         words._obj.value = b"emulated"
         return 0

@@ -1,4 +1,4 @@
-"""The fit on a CUDA card, an epoch per launch: the steps of :mod:`nacre.neural.torch` in one kernel.
+"""The fit on a CUDA card, an epoch per launch: steps of :mod:`nacre.neural.torch` in one kernel.
 
 A step of one network is less work than launching it. Here a cluster of thread blocks trains a
 network, and keeps its weights and the samples of a batch in shared memory (`steps.cu`).
@@ -44,8 +44,9 @@ class Launch(NamedTuple):
 class StepsTrainer(TorchTrainer):
     """A stack on a CUDA card whose epochs are one launch each.
 
-    See :class:`nacre.neural.torch.TorchTrainer`, whose steps it takes where the kernel cannot be
-    compiled, the network is too large for it, or its first gradient is not PyTorch's; it warns then.
+    See :class:`nacre.neural.torch.TorchTrainer`. It warns, and takes the steps of that, where the
+    kernel cannot be compiled or launched, the network is too large for it, or its first gradient is
+    not that of PyTorch.
     """
 
     def __init__(
@@ -81,7 +82,7 @@ class StepsTrainer(TorchTrainer):
     def epoch(self, samples: SampleStack, order: npt.NDArray[np.int64], rates: Weights) -> None:
         """See :meth:`nacre.neural.torch.TorchTrainer.epoch`."""
         if self._kernel and not self.steps:
-            self._try(samples, order, rates)
+            self._try(self._kernel, samples, order, rates)
         if not self._kernel:
             super().epoch(samples, order, rates)
             return
@@ -104,28 +105,28 @@ class StepsTrainer(TorchTrainer):
                 len(rates), state,
             )  # fmt: skip
 
-    def _try(self, samples: SampleStack, order: npt.NDArray[np.int64], rates: Weights) -> None:
+    def _try(
+        self, kernel: CudaKernel, samples: SampleStack, order: npt.NDArray[np.int64], rates: Weights
+    ) -> None:
         """Give the kernel up unless its first gradient is that of PyTorch."""
         part, state = order[..., : self._batch], self._state.clone()
         try:
-            self._take(self._kernel, state, samples, part, rates[:1])
+            self._take(kernel, state, samples, part, rates[:1])
         except CudaError as error:
             self._give_up(reason(error))
             return
         gathered = self._gather(samples, torch.from_numpy(part).to(self._device))
-        weights, biases = self._gradient(gathered)
-        pairs = zip(weights, biases, strict=True)
+        pairs = zip(*self._gradient(gathered), strict=True)
         expected = torch.cat([p.flatten() for pair in pairs for p in pair])
-        found = 10.0 * state[1]  # a first moment is a tenth of the first gradient
-        real = expected.isfinite()
-        worst = (found - expected)[real].abs().max() if real.any() else torch.zeros(())
-        if not worst <= _TOLERANCE * expected[real].abs().max():
-            self._give_up(f"the kernel's gradient is off by {float(worst):.2g}")
+        # A first moment is a tenth of the first gradient. What is not finite tells nothing.
+        off = (10.0 * state[1] - expected).abs().where(expected.isfinite(), 0.0).max()
+        if not off <= _TOLERANCE * expected.abs().where(expected.isfinite(), 0.0).max():
+            self._give_up(f"the kernel's gradient is off by {float(off):.2g}")
 
     def _give_up(self, why: str) -> None:
         self._kernel = None
         warnings.warn(
-            f"device '{self._device}': training steps are launched one by one, which is slower; {why}",
+            f"device '{self._device}': each step is launched by itself, which is slower: {why}",
             RuntimeWarning,
             stacklevel=3,
         )
@@ -163,14 +164,8 @@ def _launch(sizes: Sequence[int], batch: int, materials: int, card: Card) -> Lau
     Raises CudaError if a network does not fit into the shared memory.
     """
     clustered = card.capability >= _CLUSTERS
-    parts = next(
-        n
-        for n in _PARTS
-        if n == 1
-        or clustered
-        and n * materials <= card.multiprocessors
-        and n * _FEWEST <= batch * BLOCK
-    )
+    most = min(card.multiprocessors // materials, batch * BLOCK // _FEWEST) if clustered else 1
+    parts = next(n for n in _PARTS if n <= max(1, most))
     share = math.ceil(batch / parts) * BLOCK
     for threads in _THREADS:
         shared = _shared_bytes(sizes, parts, threads)

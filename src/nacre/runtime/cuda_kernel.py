@@ -1,13 +1,14 @@
 """CUDA kernels from source, compiled and launched beside PyTorch by the libraries that it brings.
 
-PyTorch's wheels for CUDA depend on NVRTC, a compiler that needs neither headers nor a toolkit. Its
-`libcaffe2_nvrtc` is linked with NVRTC and with the driver, so one library has the functions of both.
-`torch.cuda._compile_kernel` does the same, but wants a toolkit's headers.
+PyTorch's wheels for CUDA depend on NVRTC, a compiler that needs neither headers nor a toolkit, and
+their `libcaffe2_nvrtc` is linked with NVRTC and with the driver: one library has the functions of
+both. `torch.cuda._compile_kernel` does the same, but only beside an installed toolkit.
 """
 
 from __future__ import annotations
 
 import ctypes
+import functools
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -24,13 +25,14 @@ class CudaError(RuntimeError):
     """What NVRTC or the driver refused, and its words for it."""
 
 
+@functools.cache
 def library() -> ctypes.CDLL:
     """The functions of NVRTC and of the driver; CudaError where PyTorch has no such library."""
     torch = require("torch", "torch")
-    path = Path(torch.__file__).parent / "lib" / "libcaffe2_nvrtc.so"
+    path = Path(torch.__path__[0], "lib", "libcaffe2_nvrtc.so")
     try:
         found = ctypes.CDLL(str(path))
-        assert found.nvrtcCreateProgram and found.cuLaunchKernel  # AttributeError without
+        _ = found.nvrtcCreateProgram, found.cuLaunchKernel  # an AttributeError where they are not
         return found
     except (OSError, AttributeError) as error:
         raise CudaError(f"{path.name} does not load: {error}") from error
@@ -88,6 +90,7 @@ class CudaKernel:
         _check(self._functions, status)
 
 
+@functools.cache
 def compiled(source: str, capability: int, functions: ctypes.CDLL) -> bytes:
     """Machine code of a source for a compute capability; CudaError says what is wrong with it."""
     program, size = ctypes.c_void_p(), ctypes.c_size_t()
