@@ -35,6 +35,12 @@ constexpr int LOADS = (QUADS * SAMPLE_ROWS + THREADS - 1) / THREADS;
 
 __device__ constexpr int ceil_div(int a, int b) { return (a + b - 1) / b; }
 
+// Results of a layer in a tile: a third of them or fewer, as there are threads for four tiles.
+__device__ constexpr int tile_of(int results) {
+    const int third = ceil_div(results, 3);
+    return third < TILE ? third : ceil_div(results, ceil_div(results, TILE));
+}
+
 // Parameters of a layer are a matrix with a row for each input, and the biases below.
 __device__ constexpr int first_parameter(int layer) {
     int sum = 0;
@@ -138,7 +144,7 @@ __device__ inline float loss_slope(float x, float target, float weight, float sc
 template <int L>
 __device__ void forward(Shared& s, int valid, float scale) {
     constexpr int in = width(L), out = width(L + 1);
-    constexpr int groups = ceil_div(out, TILE), tile = ceil_div(out, groups);
+    constexpr int tile = tile_of(out), groups = ceil_div(out, tile);
     const float* weights = s.weights + first_parameter(L);
     for (int item = threadIdx.x; item < groups * QUADS; item += THREADS) {
         const int sample = item % QUADS * 4, first = item / QUADS * tile;
@@ -179,7 +185,7 @@ template <int L>
 __device__ void backward(Shared& s) {
     if constexpr (L > 0) {
         constexpr int in = width(L), out = width(L + 1);
-        constexpr int groups = ceil_div(in, TILE), tile = ceil_div(in, groups);
+        constexpr int tile = tile_of(in), groups = ceil_div(in, tile);
         const float* weights = s.weights + first_parameter(L);
         for (int item = threadIdx.x; item < groups * QUADS; item += THREADS) {
             const int sample = item % QUADS * 4, first = item / QUADS * tile;
