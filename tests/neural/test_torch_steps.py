@@ -40,7 +40,7 @@ TIGHT = {"capability": 90, "multiprocessors": 5, "shared": 40 << 10}
 CASES = [
     (SIZES, SQUARED_RELU, 1.0, H200, (4, 128)),
     (SIZES, RELU, 1.0, T4, (1, 64)),
-    ((7, 12, 4, 3), RELU, 0.0, TIGHT, (2, 64)),
+    ((7, 12, 4, 3), RELU, 0.0, TIGHT, (2, 128)),
     ((6, 32, 16, 8, 3), SQUARED_RELU, 1.0, TIGHT, (2, 32)),
     ((6, 16, 10), RELU, 1.0, H200, (4, 128)),
 ]
