@@ -1,8 +1,9 @@
-"""Seconds per material and epoch of stacks of materials in PyTorch, beside the CPU kernel.
+"""Seconds per material and epoch of stacks of materials on a device, beside the CPU kernel.
 
 Stacks of several sizes and the kernel take turns on the samples of the real RGL tables, over and
-over where a stack has more materials than there are tables. `python -m lab.studies.speed.stacked
---help`; for a graphics processor `--device cuda`.
+over where a stack has more materials than there are tables. On a CUDA card a stack is trained in
+two ways: an epoch per launch, and by a recorded step of PyTorch. `python -m
+lab.studies.speed.stacked --help`; for a card `--device cuda --stacks 1 8 32 128`.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from nacre.neural.kernel import KernelTrainer
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK, Samples, draw
 from nacre.neural.torch import SampleStack, TorchTrainer
+from nacre.neural.torch_steps import StepsTrainer
 from nacre.neural.training import initial_layers, schedule
 from nacre.runtime.parallel import core_count
 
@@ -41,12 +43,21 @@ def kernel_epoch(samples: list[Samples], cores: int) -> Epoch:
     )
 
 
-def stack_epoch(samples: list[Samples], materials: int, device: str) -> Epoch:
-    """An epoch of a stack of materials in PyTorch."""
+def stack_epoch(
+    samples: list[Samples], materials: int, device: str, kind: type[TorchTrainer]
+) -> Epoch:
+    """An epoch of a stack of materials on a device, until the device is done."""
+    torch = require("torch", "latent")
     layers = initial_layers(RECIPE.hidden, RECIPE.seed, samples[0].inputs)
-    trainer = TorchTrainer(layers, RECIPE.batch, device, materials)
+    trainer = kind(layers, RECIPE.batch, device, materials)
     stack = SampleStack([samples[k % len(samples)] for k in range(materials)], device)
-    return lambda order, rates: trainer.epoch(stack, order, rates)
+
+    def epoch(order: np.ndarray, rates: np.ndarray) -> None:
+        trainer.epoch(stack, order, rates)
+        if torch.device(device).type == "cuda":
+            torch.cuda.synchronize(device)
+
+    return epoch
 
 
 def main() -> None:
@@ -68,29 +79,35 @@ def main() -> None:
     random = np.random.default_rng(RECIPE.seed)
     rates = schedule(-(-blocks * BLOCK // RECIPE.batch), RECIPE.learning_rate)
 
-    subjects = {0: kernel_epoch(samples, cores)}
-    subjects |= {m: stack_epoch(samples, m, options.device) for m in options.stacks}
-    seconds: dict[int, list[float]] = {m: [] for m in subjects}
+    ways: dict[str, type[TorchTrainer]] = {"a launch per step": TorchTrainer}
+    if torch.device(options.device).type == "cuda":
+        ways["a launch per epoch"] = StepsTrainer
+    subjects = {("kernel, a material a core", cores): kernel_epoch(samples, cores)}
+    subjects |= {
+        (f"stack of {m} on {options.device}, {way}", m): stack_epoch(
+            samples, m, options.device, kind
+        )
+        for way, kind in ways.items()
+        for m in options.stacks
+    }
+    seconds: dict[str, list[float]] = {name: [] for name, _ in subjects}
     for round_ in range(options.rounds + 1):
         order = random.permutation(blocks)
-        for materials, epoch in subjects.items():
+        for (name, materials), epoch in subjects.items():
             start = time.perf_counter()
             epoch(order, rates)
-            taken = (time.perf_counter() - start) / (materials or cores)
-            log(f"{materials or 'kernel'}: {taken:.4f} s")
+            taken = (time.perf_counter() - start) / materials
+            log(f"{name}: {taken:.5f} s")
             if round_:  # the first one compiles or records
-                seconds[materials].append(taken)
-    kernel, *rest = (statistics.median(taken) for taken in seconds.values())
-    rows = [("kernel, a material a core", f"{kernel:.4f}", "1.00x")]
-    rows += [
-        (f"stack of {m} on {options.device}", f"{taken:.4f}", f"{kernel / taken:.2f}x")
-        for m, taken in zip(options.stacks, rest, strict=True)
-    ]
-    name = torch.cuda.get_device_name(options.device) if "cuda" in options.device else "CPU"
+                seconds[name].append(taken)
+    medians = {name: statistics.median(taken) for name, taken in seconds.items()}
+    kernel = next(iter(medians.values()))
+    rows = [(name, f"{taken:.5f}", f"{kernel / taken:.2f}x") for name, taken in medians.items()]
+    card = torch.cuda.get_device_name(options.device) if "cuda" in options.device else "CPU"
     study.table(
         ("", "s per material and epoch", "speed"),
         rows,
-        note=f"An epoch is {blocks * BLOCK:,} samples; {cores} cores; {name}; {torch.__version__}.",
+        note=f"An epoch is {blocks * BLOCK:,} samples; {cores} cores; {card}; {torch.__version__}.",
     )
 
 

@@ -150,7 +150,8 @@ def _fit_many(
 def _fit_stack(
     stack: Mapping[int, FitData], device: str, progress: Progress | None
 ) -> Iterator[tuple[int, NeuralBrdf | Exception]]:
-    from nacre.neural.torch import SampleStack, TorchTrainer
+    from nacre.neural.torch import SampleStack
+    from nacre.neural.torch_steps import stack_trainer
     from nacre.runtime.device import memory_errors
 
     materials = list(stack.values())
@@ -158,7 +159,7 @@ def _fit_stack(
     with memory_errors(device):
         first = materials[0].initial_layers()
         form = recipe.hidden_activation, recipe.offset
-        trainer = TorchTrainer(first, recipe.batch, device, len(materials), *form)
+        trainer = stack_trainer(first, recipe.batch, device, len(materials), *form)
         training = SampleStack([material.training for material in materials], device)
         held_out = SampleStack([material.held_out for material in materials], device)
         losses = train(trainer, training, held_out, recipe, progress)
