@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from lab.studies.ablations.haze import files, with_haze, without_haze
+from lab.studies.ablations.haze_tables import kind, tables
 from lab.studies.references.hazy_openpbr import HAZE, SPREAD, HazyOpenPbr, TwoLobeOpenPbr, wider
 from nacre.geometry import join, uniform_hemisphere
 from nacre.standard.openpbr import OpenPbr
@@ -65,3 +67,58 @@ def test_two_lobes_contain_haze():
     values = {**VALUES, HAZE: 0.3, SPREAD: 0.6}
     two = TwoLobeOpenPbr(**TwoLobeOpenPbr.of_haze(values)).eval(WI, WO)
     np.testing.assert_allclose(two, HazyOpenPbr(**values).eval(WI, WO), rtol=1e-5, atol=1e-7)
+
+
+def test_the_lobe_that_weighs_more_is_kept_without_haze():
+    values = {**VALUES, "specular_roughness": 0.2}
+    assert without_haze(with_haze(values, 0.4, 0.5)) == values
+    wide = without_haze(with_haze(values, 0.6, 0.5))
+    assert wide == {**values, "specular_roughness": pytest.approx(0.6)}
+
+
+def test_every_fourth_of_many_files_comes_first(tmp_path):
+    for k in range(24):
+        (tmp_path / f"{k:02}.h5").touch()
+    (tmp_path / ".hidden").touch()
+    found = [path.stem for path in files([tmp_path])]
+    assert found[:7] == ["00", "04", "08", "12", "16", "20", "01"]
+    assert len(set(found)) == 24
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("acrylic_felt_green", "fabrics"),
+        ("blue-acrylic", "plastics"),
+        ("red-metallic-paint", "metallic paints"),
+        ("dark-red-paint", "paints and papers"),
+        ("stainless-steel", "metals"),
+        ("paper_white", "paints and papers"),
+        ("moss", "others"),
+    ],
+)
+def test_kinds_are_told_by_names(name, expected):
+    assert kind(name) == expected
+
+
+def test_gains_are_counted_by_kind_and_light():
+    def result(name, gains, haze, corners=()):
+        values = {"specular_roughness": 0.2, HAZE: haze, SPREAD: 0.5}
+        errors = {"without": [30.0, 0.1, 28.0, 0.1]}
+        for model, (first, second) in gains.items():
+            errors[model] = [30.0 + first, 0.1, 28.0 + second, 0.1]
+        fits = {"without": [values, 30.0], "haze": [values, 31.0]}
+        found = [[{**values, HAZE: h}, decibels] for h, decibels in corners]
+        return {"name": name, "fits": fits, "errors": errors, "corners": found}
+
+    both = {"haze": (1.5, 0.6), "two lobes": (2.0, 1.0)}
+    neither = {"haze": (0.5, -0.1), "two lobes": (0.6, 0.0)}
+    results = [
+        result("chrome", both, 0.3, [(0.35, 30.95), (0.9, 30.5)]),
+        result("steel", neither, 0.1),
+    ]
+    (_, _, kinds), (_, _, materials), (_, _, starts) = tables(results)
+    expected = ["+1.00", "1", "1", "+1.30", "+0.25", "1", "0", "+0.50", "+1.000"]
+    assert kinds == [[name, "2", *expected] for name in ("metals", "all")]
+    assert [row[0] for row in materials] == ["chrome", "steel"]
+    assert starts == [["chrome", "3", "2", "0.20 to 0.20", "0.30 to 0.35", "0.50 to 0.50"]]

@@ -64,16 +64,16 @@ class Comparison(Generic[Model]):
     def __init__(
         self, model: type[Model], seed: int, shader: Callable[[Model], SurfaceShader] = _shader
     ) -> None:
-        self.model, self._random = model, np.random.default_rng(seed)
+        self._model, self._random = model, np.random.default_rng(seed)
         self._shader = shader(self._drawn({}))
 
     def _drawn(self, given: Mapping[str, Any]) -> Model:
         values = {}
-        for parameter in self.model.parameters:
+        for parameter in self._model.parameters:
             low, high = _BOUNDS.get(parameter.name, (parameter.low, parameter.high))
             drawn = self._random.uniform(low, high, parameter.size).tolist()
             values[parameter.name] = tuple(drawn) if parameter.color else drawn[0]
-        return self.model(name="m", **values | dict(given))
+        return self._model(name="m", **values | dict(given))
 
     def errors(
         self, given: Mapping[str, Any], materials: int, lights: int = 5, points: int = 200

@@ -30,12 +30,14 @@ _MIXED = {"dielectric_base": "dielectric_reflection_tf_mix", "base_substrate": "
 """Layers, and the lobes that they take."""
 
 
-def shader(brdf: HazyOpenPbr) -> SurfaceShader:
-    """MaterialX's shader of a material; only with plain mixes is the graph without haze the old.
+def shader(brdf: HazyOpenPbr, *, plain_mixes: bool = True) -> SurfaceShader:
+    """MaterialX's shader of a material.
 
-    The graph mixes mixes as the top of a layer.
+    MaterialX 1.39.5 replaces `mix` by `multiply` and `add` unless `plain_mixes`. The new graph has
+    mixes of mixes above the diffuse base, and `multiply` forgets that a lobe of less weight lets
+    more light through. Then the diffuse base is too dark, also where `specular_haze` is 0.
     """
-    return SurfaceShader(document(brdf), plain_mixes=True)
+    return SurfaceShader(document(brdf), plain_mixes=plain_mixes)
 
 
 def document(brdf: HazyOpenPbr) -> str:
