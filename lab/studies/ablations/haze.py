@@ -52,6 +52,7 @@ MODELS: Mapping[str, type[AnalyticBrdf]] = {
 _NEAR = 0.1, 0.3  # haze and spread, added to a material without
 CORNERS = ((0.1, 0.2), (0.1, 0.7), (0.6, 0.2), (0.6, 0.7))
 _HERE, _DECIDING = "lab.studies.ablations.haze", ("compared", "examined")
+_FIRSTS = 0, 4, 2, 6, 1, 5, 3, 7
 LITTLE = 0.05  # dB that the fit gains, up to which the model without haze is not fitted again
 WORTH = 0.5  # dB that the fit gains, above which it is repeated from the corners
 
@@ -166,13 +167,13 @@ class Job:
 
 
 def files(folders: Sequence[Path]) -> list[Path]:
-    """Files of the folders; from those with many, every fourth comes first."""
+    """Files of the folders; from those with many, every eighth comes first, then every fourth."""
     found = []
     for folder in folders:
         inside = sorted(path for path in folder.iterdir() if path.is_file())
         inside = [path for path in inside if not path.name.startswith(".")]
-        step = 4 if len(inside) > 20 else 1
-        found += [path for first in range(step) for path in inside[first::step]]
+        firsts = _FIRSTS if len(inside) > 20 else (0,)
+        found += [path for first in firsts for path in inside[first :: len(firsts)]]
     return found
 
 
