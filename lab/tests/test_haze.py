@@ -90,6 +90,7 @@ def test_every_eighth_of_many_files_comes_first(tmp_path):
     [
         ("acrylic_felt_green", "fabrics"),
         ("blue-acrylic", "plastics"),
+        ("satin_rosaline", "vinyl films"),
         ("red-metallic-paint", "metallic paints"),
         ("dark-red-paint", "paints and papers"),
         ("stainless-steel", "metals"),

@@ -5,8 +5,8 @@ Each material is fitted by OpenPBR 1.1 without haze, with it, and with a second 
 picture_fit`) from equally many random starts. Each model also starts from what the others found, so
 that a larger model is never further from the pictures that fits see. Judged is by others: the
 sphere of :mod:`nacre.mitsuba.sphere`, 128 x 128, under the package's own environment and under a
-directional light. Where haze helps the fit, it is fitted again from four corners of its two
-parameters, to see whether they come out the same.
+directional light. Haze is fitted again from four corners of its two parameters, to see whether they
+come out the same.
 
     python -m lab.studies.ablations.haze                     # RGL tables and MERL networks
     python -m lab.studies.ablations.haze --measured FOLDER   # any files that nacre reads
@@ -50,11 +50,11 @@ MODELS: Mapping[str, type[AnalyticBrdf]] = {
     "two lobes": TwoLobeOpenPbr,
 }
 _NEAR = 0.1, 0.3  # haze and spread, added to a material without
+_SEEN = 0.3, 0.5  # haze and spread of a second lobe that derivatives can see
 CORNERS = ((0.1, 0.2), (0.1, 0.7), (0.6, 0.2), (0.6, 0.7))
-_HERE, _DECIDING = "lab.studies.ablations.haze", ("compared", "examined")
+_HERE = "lab.studies.ablations.haze"
 _FIRSTS = 0, 4, 2, 6, 1, 5, 3, 7
 LITTLE = 0.05  # dB that the fit gains, up to which the model without haze is not fitted again
-WORTH = 0.5  # dB that the fit gains, above which it is repeated from the corners
 
 Result: TypeAlias = dict[str, Any]
 """What is found about a material: `fits` and `errors` by model, and more."""
@@ -98,10 +98,11 @@ def pair(brdf: Brdf, starts: int, seed: int) -> dict[str, Found]:
 
 
 def bound(brdf: Brdf, haze: Found, seed: int) -> Found:
-    """Two free lobes, from a material with haze."""
-    special = TwoLobeOpenPbr.of_haze(haze[0])
-    two = fitted(brdf, TwoLobeOpenPbr, 0, seed, [special])
-    return two if two[1] > haze[1] else (special, haze[1])
+    """Two free lobes, from a material with haze, and from one whose second lobe can be seen."""
+    values = haze[0]
+    near = [TwoLobeOpenPbr.of_haze(each) for each in (values, with_haze(values, *_SEEN))]
+    two = fitted(brdf, TwoLobeOpenPbr, 0, seed, near)
+    return two if two[1] > haze[1] else (near[0], haze[1])
 
 
 def judged(brdf: Brdf, found: Mapping[str, Found], size: int) -> dict[str, list[float]]:
@@ -126,15 +127,13 @@ def compared(path: Path, starts: int, seed: int, size: int) -> Result:
 
 
 def examined(result: Result, seed: int, size: int) -> Result:
-    """The same with the bound, and with fits from the corners where haze helps."""
+    """The same with haze fitted from the corners, too, and with the bound."""
     brdf, found = load_brdf(result["file"]), result["fits"]
-    two = {"two lobes": bound(brdf, found["haze"], seed)}
-    corners = []
-    if found["haze"][1] - found["without"][1] > WORTH:
-        points = (with_haze(found["without"][0], *each) for each in CORNERS)
-        corners = [fitted(brdf, HazyOpenPbr, 0, seed, [point]) for point in points]
-    errors = result["errors"] | judged(brdf, two, size)
-    return result | {"fits": found | two, "errors": errors, "corners": corners}
+    points = (with_haze(found["without"][0], *each) for each in CORNERS)
+    corners = [fitted(brdf, HazyOpenPbr, 0, seed, [point]) for point in points]
+    haze = max(found["haze"], *corners, key=lambda each: each[1])
+    fits = {**found, "haze": haze, "two lobes": bound(brdf, haze, seed)}
+    return {**result, "fits": fits, "errors": judged(brdf, fits, size), "corners": corners}
 
 
 @dataclass(frozen=True)
@@ -143,27 +142,32 @@ class Job:
 
     path: Path
     folder: Path
-    code: str  # version of nacre, and fingerprint of the study
     starts: int
     seed: int
     size: int
 
-    def run(self, full: bool) -> Result:
-        """A material compared, or examined if `full`; raises NacreError if it cannot be."""
-        settings = repr((self.code, self.starts, self.seed, self.size)).encode()
+    def run(self, stage: str) -> Result:
+        """A material `compared` or `examined`; raises NacreError if it cannot be."""
+        code = code_fingerprint(f"{_HERE}:{stage}")
+        settings = repr((nacre.__version__, code, self.starts, self.seed, self.size)).encode()
         digest = hashlib.sha256(self.path.read_bytes() + settings).hexdigest()[:16]
-        kept = self.folder / f"{self.path.stem}-{digest}{'-full' * full}.json"
+        kept = self.folder / f"{self.path.stem}-{stage}-{digest}.json"
         if kept.is_file():
             found: Result = json.loads(kept.read_text())
             return found
-        if full:
-            found = examined(self.run(False), self.seed, self.size)
+        if stage == "examined":
+            found = examined(self.run("compared"), self.seed, self.size)
         else:
             found = compared(self.path, self.starts, self.seed, self.size)
         self.folder.mkdir(parents=True, exist_ok=True)
         with atomic_path(kept, internal=True) as temporary:
             temporary.write_text(json.dumps(found))
         return found
+
+
+def gained(result: Result) -> float:
+    """What haze adds to the PSNR in dB that the fit maximizes."""
+    return float(result["fits"]["haze"][1] - result["fits"]["without"][1])
 
 
 def files(folders: Sequence[Path]) -> list[Path]:
@@ -184,38 +188,37 @@ def main() -> None:
     study.add_argument("--starts", type=int, default=4, help="random starts per model (default: 4)")
     study.add_argument("--first", type=int, help="only so many files (default: all)")
     study.add_argument("--processes", type=int, default=2, help="at a time (default: 2)")
+    study.add_argument("--examine", type=int, help="only so many that gain most (default: all)")
     options = study.options()
     folders = options.measured or [data("rgl"), data("pretrained", "merl")]
     for folder in folders:
         if not folder.is_dir():
             sys.exit(f"{folder} is no folder: give folders of measured materials by --measured")
     starts, size = (2, 64) if options.quick else (options.starts, 128)
-    code = nacre.__version__ + code_fingerprint(*(f"{_HERE}:{name}" for name in _DECIDING))
     jobs = [
-        Job(path, study.output / "cache", code, starts, options.seed, size)
+        Job(path, study.output / "cache", starts, options.seed, size)
         for path in study.few(files(folders)[: options.first])
     ]
     found: dict[Path, Result] = {}
     prevent_oversubscription()
     with ProcessPoolExecutor(options.processes, multiprocessing.get_context("spawn")) as pool:
-        for full in (False, True):
-            running = {pool.submit(job.run, full): job.path for job in jobs}
+        for stage in (compared, examined):
+            running = {pool.submit(job.run, stage.__name__): job for job in jobs}
             for done in as_completed(running):
-                path = running[done]
+                path = running[done].path
                 try:
                     found[path] = done.result()
                 except NacreError as error:
                     log(f"left out: {error}")
-                    jobs = [job for job in jobs if job.path != path]
                     continue
-                gains = [
-                    fit[1] - found[path]["fits"]["without"][1]
-                    for fit in found[path]["fits"].values()
-                ]
-                log(path.stem, *(f"{gain:+.2f} dB" for gain in gains[1:]), "in the fit")
+                log(path.stem, f"haze gains {gained(found[path]):+.2f} dB in the fit")
+            jobs = sorted(
+                (job for job in jobs if job.path in found), key=lambda job: -gained(found[job.path])
+            )
+            jobs = jobs[: options.examine]
     if not found:
         sys.exit("none of the files is a reflectance that nacre can fit")
-    results = [found[job.path] for job in jobs]
+    results = list(found.values())
     for title, columns, rows in tables(results):
         study.table(columns, rows, title)
     figure(results, study.output / "haze.png")

@@ -22,32 +22,31 @@ Written: TypeAlias = tuple[str, Sequence[str], list[list[str]]]
 """Title, columns and rows of a table."""
 
 KINDS = {
+    "vinyl films": ("satin_", "cc_", "cg_", "chm_", "cm_", "vch_"),
     "metallic paints": (
         *("metallic", "silver-paint", "gold-paint", "color-changing", "pearl", "two-layer"),
-        *("ilm_", "irid_flake"),
+        "irid_flake",
     ),
     "metals": ("alum", "brass", "chrome", "nickel", "steel", "ss440", "tungsten", "hematite"),
     "plastics": (
-        *("plastic", "phenolic", "acrylic", "delrin", "nylon", "teflon", "pvc", "poly", "bball"),
-        *("vch_", "cc_", "chm_", "cm_"),
+        *("plastic", "phenolic", "acrylic-", "-acrylic", "delrin", "nylon", "teflon", "pvc"),
+        *("poly", "bball"),
     ),
-    "fabrics": ("fabric", "felt", "satin", "silk", "cloth"),
+    "fabrics": ("fabric", "felt", "cloth"),
     "woods": ("oak", "pine", "walnut", "cherry", "fruitwood", "natural", "redwood", "maple"),
     "rubbers": ("rubber", "latex"),
-    "paints and papers": ("paint", "paper", "colodur", "cardboard", "cg_"),
+    "paints and papers": ("paint", "paper", "colodur", "cardboard"),
 }
 """Parts of names by kind, in order: the first that fits decides."""
 SAME = 0.1  # dB, within which solutions explain a material alike
 
 _LIGHTS = (("environment", 0), ("directional", 2))
-_SIDE, _GAP, _LINE = 1.1, 0.08, 0.36  # inches
+_SIDE, _GAP, _LINE = 1.25, 0.08, 0.38  # inches
 
 
 def kind(name: str) -> str:
     """Kind of a material, by its name."""
-    # acrylic felt is a felt
-    parts = {"fabrics": KINDS["fabrics"]} | KINDS if "felt" in name else KINDS
-    return next((kind for kind, words in parts.items() if any(w in name for w in words)), "others")
+    return next((kind for kind, words in KINDS.items() if any(w in name for w in words)), "others")
 
 
 def gain(result: Result, place: int, model: str = "haze") -> float:
@@ -119,19 +118,23 @@ def _range(numbers: Iterable[float]) -> str:
 
 
 def figure(results: Sequence[Result], path: Path) -> None:
-    """Spheres of the three materials that gain most, and of the one that gains least."""
+    """Spheres of the three materials that gain most, and of the one that gains least.
+
+    Each is under the light that haze changes more.
+    """
     order = sorted(results, key=_mean_gain, reverse=True)
     shown = [*order[:3], *order[3:][-1:]]
-    (light, *_) = standard_lights(None).values()
+    lights = standard_lights(None)
     page = Page((_SIDE + _GAP) * len(shown) + _GAP, (_SIDE + _LINE) * 3 + _GAP, dpi=100)
     for column, result in enumerate(shown):
-        truth, _ = render_sphere(load_brdf(result["file"]), light)
+        name, place = max(_LIGHTS, key=lambda light: abs(gain(result, light[1])))
         fits, errors = result["fits"], result["errors"]
-        pictures: list[tuple[Weights, str]] = [(truth, f"{result['name']}\nmeasured")]
-        for name, model in (("without", OpenPbr), ("haze", HazyOpenPbr)):
-            picture, _ = render_sphere(model(**fits[name][0]), light)
-            title = f"{'with' if name == 'haze' else 'without'} haze"
-            psnr, flip = errors[name][:2]
+        truth, _ = render_sphere(load_brdf(result["file"]), lights[name])
+        pictures: list[tuple[Weights, str]] = [(truth, f"{result['name']}\n{name} light")]
+        for kept, model in (("without", OpenPbr), ("haze", HazyOpenPbr)):
+            picture, _ = render_sphere(model(**fits[kept][0]), lights[name])
+            psnr, flip = errors[kept][place : place + 2]
+            title = "with haze" if kept == "haze" else "without haze"
             pictures.append((picture, f"{title}\n{psnr:.1f} dB, {flip:.3f}"))
         for row, (picture, caption) in enumerate(pictures):
             x, y = _GAP + column * (_SIDE + _GAP), _GAP + row * (_SIDE + _LINE)
