@@ -109,7 +109,9 @@ def _generated(text: str, plain_mixes: bool) -> list[str]:
     context.registerSourceCodeSearchPath(mx.getDefaultDataSearchPath())
     options = context.getOptions()
     options.hwSrgbEncodeOutput = False
-    options.premultipliedBsdfAdd = not plain_mixes
+    # Older releases have no such option, and only plain mixes.
+    if plain_mixes and hasattr(options, "premultipliedBsdfAdd"):
+        options.premultipliedBsdfAdd = False
     options.targetColorSpaceOverride = "lin_rec709"
     options.hwMaxActiveLightSources = 1
     kinds = shading.HwSpecularEnvironmentMethod

@@ -1,12 +1,13 @@
 """What OpenPBR 1.2's `specular_haze` gains on measured materials.
 
-Each material is fitted by OpenPBR 1.1 without haze, with it, and with a second lobe that is free
-(:mod:`lab.studies.references.hazy_openpbr`), by the same optimizer (:mod:`nacre.analytic.
-picture_fit`) from equally many random starts. Each model also starts from what the others found, so
-that a larger model is never further from the pictures that fits see. Judged is by others: the
-sphere of :mod:`nacre.mitsuba.sphere`, 128 x 128, under the package's own environment and under a
-directional light. Haze is fitted again from four corners of its two parameters, to see whether they
-come out the same.
+Each material is fitted by OpenPBR 1.1 without haze and with it (:mod:`lab.studies.references.
+hazy_openpbr`), by the same optimizer (:mod:`nacre.analytic.picture_fit`) from equally many random
+starts, and from what the other found, so that the larger model is never further from the pictures
+that fits see. Judged is by others: the sphere of :mod:`nacre.mitsuba.sphere`, 128 x 128, under the
+package's own environment and under a directional light.
+
+Then haze is fitted again from four corners of its two parameters, to see whether they come out the
+same, and a second lobe that is free is fitted from the result, to see what haze leaves.
 
     python -m lab.studies.ablations.haze                     # RGL tables and MERL networks
     python -m lab.studies.ablations.haze --measured FOLDER   # any files that nacre reads
@@ -51,9 +52,9 @@ MODELS: Mapping[str, type[AnalyticBrdf]] = {
 }
 _NEAR = 0.1, 0.3  # haze and spread, added to a material without
 _SEEN = 0.3, 0.5  # haze and spread of a second lobe that derivatives can see
-CORNERS = ((0.1, 0.2), (0.1, 0.7), (0.6, 0.2), (0.6, 0.7))
+_CORNERS = ((0.1, 0.2), (0.1, 0.7), (0.6, 0.2), (0.6, 0.7))
 _HERE = "lab.studies.ablations.haze"
-_FIRSTS = 0, 4, 2, 6, 1, 5, 3, 7
+_FIRSTS = 0, 4, 2, 6, 1, 5, 3, 7  # of every eighth file, in turn
 LITTLE = 0.05  # dB that the fit gains, up to which the model without haze is not fitted again
 
 Result: TypeAlias = dict[str, Any]
@@ -129,7 +130,7 @@ def compared(path: Path, starts: int, seed: int, size: int) -> Result:
 def examined(result: Result, seed: int, size: int) -> Result:
     """The same with haze fitted from the corners, too, and with the bound."""
     brdf, found = load_brdf(result["file"]), result["fits"]
-    points = (with_haze(found["without"][0], *each) for each in CORNERS)
+    points = (with_haze(found["without"][0], *each) for each in _CORNERS)
     corners = [fitted(brdf, HazyOpenPbr, 0, seed, [point]) for point in points]
     haze = max(found["haze"], *corners, key=lambda each: each[1])
     fits = {**found, "haze": haze, "two lobes": bound(brdf, haze, seed)}

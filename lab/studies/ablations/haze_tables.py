@@ -41,7 +41,7 @@ KINDS = {
 SAME = 0.1  # dB, within which solutions explain a material alike
 
 _LIGHTS = (("environment", 0), ("directional", 2))
-_SIDE, _GAP, _LINE = 1.25, 0.08, 0.38  # inches
+_SIDE, _GAP, _LINE = 1.5, 0.08, 0.38  # inches
 
 
 def kind(name: str) -> str:
