@@ -7,8 +7,10 @@ import pytest
 
 from nacre import analytic
 from nacre.analytic import AnisotropicGgx, Ggx
+from nacre.analytic.picture_fit import fit_pictures
 from nacre.compile.adjustable import AdjustableFunction
 from nacre.geometry import join, uniform_hemisphere
+from nacre.runtime.progress import silent
 
 
 class Seen(Ggx):
@@ -39,6 +41,14 @@ def test_pictures_of_an_anisotropic_model_give_its_axes_back():
     assert np.sin(angle) == pytest.approx(0.0, abs=1e-2)
     roughness = sorted([found["roughness_x"], found["roughness_y"]])
     np.testing.assert_allclose(roughness, [0.1, 0.4], rtol=1e-2)
+
+
+def test_a_fit_near_a_solution_stays_there():
+    values = {"diffuse": (0.3, 0.1, 0.05), "specular": (0.04, 0.05, 0.3), "roughness": 0.15}
+    found, facts = fit_pictures(Ggx(**values), Seen, 0, 0, silent, near=[values])
+    for name, value in values.items():
+        np.testing.assert_allclose(found[name], value, rtol=1e-4)
+    assert facts["views_psnr"] > 60.0
 
 
 def test_a_seed_gives_the_same_fit():

@@ -7,8 +7,8 @@ what float32 directions resolve, and metals whose reflectance MaterialX lets go 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -41,7 +41,14 @@ PARTS: Mapping[str, Mapping[str, float]] = {
 BARE = {"coat_weight": 0.0, "fuzz_weight": 0.0, "thin_film_weight": 0.0}
 
 
-class Comparison:
+def _shader(brdf: OpenPbr) -> SurfaceShader:
+    return SurfaceShader(materialx.encode(brdf).decode())
+
+
+Model = TypeVar("Model", bound=OpenPbr)
+
+
+class Comparison(Generic[Model]):
     """Errors of a model's formula, in random pictures.
 
     Parameters
@@ -50,13 +57,17 @@ class Comparison:
         Class of the model.
     seed
         Of all that is random.
+    shader
+        From a material to MaterialX's shader of a document with it.
     """
 
-    def __init__(self, model: type[OpenPbr], seed: int) -> None:
+    def __init__(
+        self, model: type[Model], seed: int, shader: Callable[[Model], SurfaceShader] = _shader
+    ) -> None:
         self._model, self._random = model, np.random.default_rng(seed)
-        self._shader = SurfaceShader(materialx.encode(self._drawn({})).decode())
+        self._shader = shader(self._drawn({}))
 
-    def _drawn(self, given: Mapping[str, Any]) -> OpenPbr:
+    def _drawn(self, given: Mapping[str, Any]) -> Model:
         values = {}
         for parameter in self._model.parameters:
             low, high = _BOUNDS.get(parameter.name, (parameter.low, parameter.high))

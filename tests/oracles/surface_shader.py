@@ -24,6 +24,9 @@ class SurfaceShader:
     ----------
     document
         Text of a `.mtlx` with one material.
+    plain_mixes
+        Whether `mix` nodes of BSDFs are evaluated as such. By default MaterialX replaces them by
+        sums of weighted BSDFs, which let other light through where a mix is an input of a mix.
 
     Raises
     ------
@@ -31,8 +34,8 @@ class SurfaceShader:
         If MaterialX finds the document not valid, or its shaders do not compile.
     """
 
-    def __init__(self, document: str) -> None:
-        sources = _generated(document)
+    def __init__(self, document: str, *, plain_mixes: bool = False) -> None:
+        sources = _generated(document, plain_mixes)
         self._gl = opengl.context()
         try:
             self._program = self._gl.program(vertex_shader=sources[0], fragment_shader=sources[1])
@@ -84,7 +87,7 @@ class SurfaceShader:
         return data.reshape(-1, 4)[: len(normals), :3]
 
 
-def _generated(text: str) -> list[str]:
+def _generated(text: str, plain_mixes: bool) -> list[str]:
     """Sources of the vertex shader and the pixel shader; values are uniforms.
 
     Colors of other spaces are converted to linear Rec. 709 by MaterialX's own transforms.
@@ -106,6 +109,9 @@ def _generated(text: str) -> list[str]:
     context.registerSourceCodeSearchPath(mx.getDefaultDataSearchPath())
     options = context.getOptions()
     options.hwSrgbEncodeOutput = False
+    # Older releases have no such option, and only plain mixes.
+    if plain_mixes and hasattr(options, "premultipliedBsdfAdd"):
+        options.premultipliedBsdfAdd = False
     options.targetColorSpaceOverride = "lin_rec709"
     options.hwMaxActiveLightSources = 1
     kinds = shading.HwSpecularEnvironmentMethod

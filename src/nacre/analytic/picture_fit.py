@@ -9,7 +9,7 @@ lamps of many sizes, and spheres under directional lights.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -101,6 +101,11 @@ class _Problem:
             free.append(p.to_free(inside).reshape(-1))
         return np.concatenate(free)
 
+    def point(self, values: Mapping[str, Any]) -> Doubles:
+        """Given parameters on the whole line, as far out as fits go."""
+        free = [p.to_free(np.asarray(values[p.name])).reshape(-1) for p in self.numbers]
+        return np.concatenate(free).clip(-_LIMIT, _LIMIT)
+
     def weigh(self, errors: Iterable[float]) -> None:
         """Weight both kinds of pictures by these mean squared errors of theirs."""
         self._weights = [
@@ -137,18 +142,24 @@ class _Problem:
 
 
 def fit_pictures(
-    brdf: Brdf, model: type[AnalyticBrdf], starts: int, seed: int, report: Progress
+    brdf: Brdf,
+    model: type[AnalyticBrdf],
+    starts: int,
+    seed: int,
+    report: Progress,
+    near: Sequence[Mapping[str, Any]] = (),
 ) -> tuple[dict[str, Any], dict[str, float]]:
     """Values of a model whose pictures are closest to those of a reflectance, and facts about them.
 
     Each start takes some steps on rough pictures; the best eighth of them goes on with all, and the
-    best of these to the end.
+    best of these to the end. Values that are given as `near` a solution go on with the best eighth;
+    with these, there may be 0 starts.
     """
     isotropic = brdf.isotropic and model.isotropic
     rough = _Problem(model, Pictures(brdf, isotropic, seed + 1, rough=True))
     problem = _Problem(model, Pictures(brdf, isotropic, seed))
-    going = max(1, starts // 8)
-    done, total = 0, starts + going + 1
+    going = min(starts, max(1, starts // 8))
+    done, total = 0, starts + going + len(near) + 1
 
     def reported(found: tuple[Doubles, float]) -> tuple[Doubles, float]:
         nonlocal done
@@ -158,8 +169,9 @@ def fit_pictures(
 
     random = np.random.default_rng((seed, 2))
     found = [reported(rough.minimum(rough.start(random), _FEW)) for _ in range(starts)]
-    best, found = sorted(found, key=lambda each: each[1])[:going], []
-    for x, _ in best:
+    best = [x for x, _ in sorted(found, key=lambda each: each[1])[:going]]
+    found = []
+    for x in (*best, *map(problem.point, near)):
         problem.weigh(problem.errors(x))
         found.append(reported(problem.minimum(x, _MORE)))
     x = min(found, key=lambda each: each[1])[0]
