@@ -110,8 +110,7 @@ def required(module: Path) -> list[tuple[str, str]]:
 
 
 def test_extras_that_hints_name_bring_the_library():
-    brought_by = {"skimage": "scikit-image", "flip_evaluator": "flip-evaluator"}
-    brought_by |= {"dask": "distributed"}
+    brought_by = {"skimage": "scikit-image", "dask": "distributed"}
     extras = PROJECT["optional-dependencies"]
     sources = (ROOT / "src", ROOT / "lab" / "src")
     asked = {pair for folder in sources for path in folder.rglob("*.py") for pair in required(path)}
