@@ -118,6 +118,12 @@ def committed() -> str:
     """The tree is what was committed."""
     changed = run("git", "status", "--porcelain").splitlines()
     require(not changed, f"{len(changed)} files are not as committed: {', '.join(changed[:3])}")
+    tagged = f"v{version()}" in run("git", "tag", "--points-at", "HEAD").split()
+    return f"{commit()}, {'tagged' if tagged else 'not tagged'} v{version()}"
+
+
+def commit() -> str:
+    """The commit, shortened."""
     return run("git", "rev-parse", "--short", "HEAD").strip()
 
 
@@ -269,7 +275,7 @@ def site() -> str:
     """The site is from this commit."""
     run("make", "site")
     pages, place = ROOT / "out" / "site", FOLDER / f"nacre-site-{version()}.zip"
-    origin = f"nacre {version()}, commit {committed()}"
+    origin = f"nacre {version()}, commit {commit()}"
     for name in ("index.html", "docs/index.html", "docs/results/reliability.html"):
         stated = (pages / name).read_text("utf-8")
         require(re.search(rf"{origin}\W", stated) is not None, f"{name}: is not from {origin}")
