@@ -11,7 +11,6 @@ import math
 from functools import cache
 
 import numpy as np
-from scipy.ndimage import correlate1d
 
 from nacre.array import Doubles, Floats
 from nacre.color import REC_709, rgb_to_xyz_matrix
@@ -87,6 +86,8 @@ def _blurred(channel: Doubles, terms: tuple[tuple[float, float], ...]) -> Double
 
 def _along_axes(channel: Doubles, across: Doubles, down: Doubles) -> Doubles:
     """Filter a picture, shape (height, width), along its rows and its columns."""
+    from scipy.ndimage import correlate1d  # which commands that draw nothing need not load
+
     rows = correlate1d(channel, across, axis=1, mode="nearest")
     return np.asarray(correlate1d(rows, down, axis=0, mode="nearest"))
 
