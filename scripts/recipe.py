@@ -1,7 +1,7 @@
 """Build packaging/recipe.yaml from the source archive in out/release; print what it made.
 
 `python scripts/recipe.py [FOLDER]` in an environment with what requirements/release.lock names. The
-package is written below FOLDER, by default out/release/conda. Python, pip and hatchling are those
+package is written to FOLDER, by default out/release. Python, pip and hatchling are those
 of that environment, under the names of conda's packages, so that no channel is needed; what the
 package needs at run time is not installed, and its tests do not run.
 """
@@ -56,4 +56,4 @@ def build(folder: Path) -> Path:
 
 
 if __name__ == "__main__":
-    print(build(Path(*sys.argv[1:]) if sys.argv[1:] else ROOT / "out" / "release" / "conda"))
+    print(build(Path(sys.argv[1]) if sys.argv[1:] else ROOT / "out" / "release"))

@@ -128,7 +128,7 @@ def commit() -> str:
 
 
 def versions_agree() -> str:
-    """One version in both packages, the citation and the changelog."""
+    """One version in both packages, the citation, the recipe and the changelog."""
     require(LAB.declared["version"] == version(), f"the lab is not of version {version()}")
     wanted = [need for need in LAB.declared["dependencies"] if need.startswith(NACRE.name)]
     same = [need for need in wanted if need.endswith(f"=={version()}")]
@@ -136,6 +136,7 @@ def versions_agree() -> str:
     for name, pattern in {
         "src/nacre/__init__.py": '__version__ = "{}"\n',
         "CITATION.cff": "\nversion: {}\n",
+        "packaging/recipe.yaml": '\n  version: "{}"\n',
         "CHANGELOG.md": "\n## {} - ",
     }.items():
         text = (ROOT / name).read_text("utf-8")
@@ -278,7 +279,8 @@ def site() -> str:
     origin = f"nacre {version()}, commit {commit()}"
     for name in ("index.html", "docs/index.html", "docs/results/reliability.html"):
         stated = (pages / name).read_text("utf-8")
-        require(re.search(rf"{origin}\W", stated) is not None, f"{name}: is not from {origin}")
+        found = re.search(rf"{origin}(?!\w|, with)", stated)
+        require(found is not None, f"{name}: is not from {origin}")
     with zipfile.ZipFile(place, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in sorted(path for path in pages.rglob("*") if path.is_file()):
             archive.write(path, path.relative_to(pages))
