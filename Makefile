@@ -14,7 +14,7 @@ demo:  ## The main job, start to end; NACRE_DATA=FILE uses a real measurement.
 	$(SETUP) demo
 	$(RUN) -m nacre demo --output out/demo.png
 
-test: lint tools  ## Formatting, lint, types, layers, doctests and the tests that are quick.
+test: lint tools  ## What lint does, doctests and the tests that are quick.
 	$(PYTEST) -m "not slow"
 
 test-all: test  ## All tests of the product: after those of make test, the slow ones.
@@ -26,11 +26,12 @@ coverage: tools  ## Lines and branches of the product that its tests run; slower
 test-lab: tools lab  ## The tests of the lab.
 	$(PYTEST) lab/tests
 
-lint: setup
+lint: setup  ## Formatting, lint, types, layers, and the workflows of public CI.
 	.venv/bin/ruff format --no-cache --check .
 	.venv/bin/ruff check --no-cache .
 	.venv/bin/mypy
 	PYTHONPATH=lab/src .venv/bin/lint-imports --no-logo
+	.venv/bin/zizmor --offline --quiet .github/workflows
 
 bench: lab  ## Speed and quality tables; takes about an hour.
 	$(RUN) -m lab.studies.speed.fit
@@ -104,7 +105,7 @@ notebooks:  ## Run the notebooks of docs/ and keep what their cells give in them
 
 RELEASE := .venv-release/bin/python
 
-release: $(RELEASE) setup  ## Wheels, source archives, bill of materials in out/release, and their checks.
+release: $(RELEASE) setup  ## Wheels, source archives, conda's package, the site, in out/release, and their checks.
 	$(RELEASE) scripts/release.py
 
 matrix: $(RELEASE) setup  ## The wheels of out/release in many environments; ROWS=3.12 for some of them.

@@ -9,6 +9,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from built_from import built_from
+
 import nacre
 from nacre.included import Material
 from nacre.io.files import atomic_path
@@ -75,7 +77,8 @@ def main(folder: Path) -> None:
             }
         )
     notice = (ROOT / "src/nacre/included/NOTICE.txt").read_text("utf-8")
-    page.facts |= {"more": more, "welcome": WELCOME, "links": LINKS, "notice": notice}
+    welcome = f"{WELCOME} {built_from()}."
+    page.facts |= {"more": more, "welcome": welcome, "links": LINKS, "notice": notice}
     write(folder / "index.html", page.page("nacre"))
 
 

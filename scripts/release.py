@@ -2,14 +2,15 @@
 
 `make release`, or `python scripts/release.py` in an environment with what
 requirements/release.lock names. Everything is left in out/release: a wheel and a source archive of
-each package, their SHA-256 sums, a bill of materials (CycloneDX) and a report of licenses. The exit
-code is 1 where a check failed.
+each package, conda's package, the site, a bill of materials (CycloneDX), a report of licenses, and
+the SHA-256 sums of all. The exit code is 1 where a check failed.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
+import posixpath
 import re
 import shutil
 import subprocess
@@ -30,6 +31,8 @@ FILE_LIMIT = 3 << 20
 """Bytes of one file in an archive."""
 EXTRA = "render"
 """What is installed for the bill of materials and the report of licenses."""
+LINK = re.compile(r"\]\(([^)\s:#][^)\s:]*)\)")
+"""A link of Markdown to another file."""
 
 
 @dataclass(frozen=True)
@@ -115,11 +118,17 @@ def committed() -> str:
     """The tree is what was committed."""
     changed = run("git", "status", "--porcelain").splitlines()
     require(not changed, f"{len(changed)} files are not as committed: {', '.join(changed[:3])}")
+    tagged = f"v{version()}" in run("git", "tag", "--points-at", "HEAD").split()
+    return f"{commit()}, {'tagged' if tagged else 'not tagged'} v{version()}"
+
+
+def commit() -> str:
+    """The commit, shortened."""
     return run("git", "rev-parse", "--short", "HEAD").strip()
 
 
 def versions_agree() -> str:
-    """One version in both packages, the citation and the changelog."""
+    """One version in both packages, the citation, the recipe and the changelog."""
     require(LAB.declared["version"] == version(), f"the lab is not of version {version()}")
     wanted = [need for need in LAB.declared["dependencies"] if need.startswith(NACRE.name)]
     same = [need for need in wanted if need.endswith(f"=={version()}")]
@@ -127,6 +136,7 @@ def versions_agree() -> str:
     for name, pattern in {
         "src/nacre/__init__.py": '__version__ = "{}"\n',
         "CITATION.cff": "\nversion: {}\n",
+        "packaging/recipe.yaml": '\n  version: "{}"\n',
         "CHANGELOG.md": "\n## {} - ",
     }.items():
         text = (ROOT / name).read_text("utf-8")
@@ -154,17 +164,32 @@ def built_twice() -> str:
             shutil.unpack_archive(Path(work) / "tree.tar", tree, filter="data")
             build = (sys.executable, "-m", "build", "--no-isolation", "-o", output)
             for package in PACKAGES:
-                folder = tree / package.folder.relative_to(ROOT)
-                run(*build, cwd=folder, SOURCE_DATE_EPOCH=time)
+                place = package.folder.relative_to(ROOT)
+                readme = tree / place / "README.md"
+                readme.write_text(absolute_links(readme.read_text("utf-8"), place), "utf-8")
+                run(*build, cwd=tree / place, SOURCE_DATE_EPOCH=time)
             sums.append(
                 {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in output.iterdir()}
             )
         require(sums[0] == sums[1], f"builds differ: {sums[0]} {sums[1]}")
         for path in output.iterdir():
             shutil.copy(path, FOLDER)
-    lines = [f"{digest}  {name}\n" for name, digest in sorted(sums[0].items())]
-    (FOLDER / "SHA256SUMS").write_text("".join(lines))
     return "identical"
+
+
+def absolute_links(text: str, folder: Path) -> str:
+    """Let the links of a page in a folder lead to the released files, if `project.urls` has the
+    address `Source`: an index shows the page alone.
+    """
+    address = NACRE.declared.get("urls", {}).get("Source")
+
+    def absolute(found: re.Match[str]) -> str:
+        path, mark, part = found[1].partition("#")
+        target = posixpath.normpath((folder / path).as_posix())
+        kind = "raw" if path.endswith((".jpg", ".png", ".svg")) else "blob"
+        return f"]({address}/{kind}/v{version()}/{target}{mark}{part})"
+
+    return LINK.sub(absolute, text) if address else text
 
 
 def contents() -> str:
@@ -206,9 +231,14 @@ def description() -> str:
     """An index can render the descriptions."""
     archives = [package.artifact(end) for package in PACKAGES for end in (".whl", ".tar.gz")]
     run(sys.executable, "-m", "twine", "check", "--strict", *archives)
-    text = "".join((package.folder / "README.md").read_text("utf-8") for package in PACKAGES)
-    relative = [link for link in re.findall(r"\]\(([^)\s]+)\)", text) if ":" not in link]
-    return f"rendered by twine; {len(relative)} links are relative and lead nowhere on an index"
+    relative = []
+    for package in PACKAGES:
+        with tarfile.open(package.artifact(".tar.gz")) as archive:
+            name = next(name for name in archive.getnames() if name.endswith("/PKG-INFO"))
+            member = archive.extractfile(name)
+            relative += LINK.findall(member.read().decode() if member else "")
+    missing = f"; {len(relative)} links lead nowhere on an index without `Source` in project.urls"
+    return f"rendered by twine{missing if relative else ''}"
 
 
 def installed() -> str:
@@ -236,6 +266,35 @@ def bill() -> str:
     return f"{len(text.splitlines()) - 1} packages"
 
 
+def recipe() -> str:
+    """The conda recipe builds, on stand-ins for what it is built with; see scripts/recipe.py."""
+    made = run(sys.executable, ROOT / "scripts" / "recipe.py", FOLDER).splitlines()[-1]
+    return Path(made).name
+
+
+def site() -> str:
+    """The site is from this commit."""
+    run("make", "site")
+    pages, place = ROOT / "out" / "site", FOLDER / f"nacre-site-{version()}.zip"
+    origin = f"nacre {version()}, commit {commit()}"
+    for name in ("index.html", "docs/index.html", "docs/results/reliability.html"):
+        stated = (pages / name).read_text("utf-8")
+        found = re.search(rf"{origin}(?!\w|, with)", stated)
+        require(found is not None, f"{name}: is not from {origin}")
+    with zipfile.ZipFile(place, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in sorted(path for path in pages.rglob("*") if path.is_file()):
+            archive.write(path, path.relative_to(pages))
+    return f"{place.stat().st_size:,} bytes"
+
+
+def sums() -> str:
+    """SHA-256 sums."""
+    files = sorted(path for path in FOLDER.iterdir() if path.name != "SHA256SUMS")
+    lines = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in files]
+    (FOLDER / "SHA256SUMS").write_text("".join(lines))
+    return f"of {len(files)} files"
+
+
 CHECKS: tuple[Callable[[], str], ...] = (
     committed,
     versions_agree,
@@ -243,8 +302,11 @@ CHECKS: tuple[Callable[[], str], ...] = (
     built_twice,
     contents,
     description,
+    recipe,
+    site,
     installed,
     bill,
+    sums,
 )
 
 

@@ -1,4 +1,6 @@
-"""What the site of `mkdocs.yml` has beside its pages: MathML, the API reference, notebooks."""
+"""What the site of `mkdocs.yml` has beside its pages: MathML, the API reference, notebooks, and in
+the footer what it was built from.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +12,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from built_from import built_from
 from latex2mathml.converter import convert
 from mkdocs.structure.files import File, Files
 from nbconvert import MarkdownExporter
@@ -23,6 +26,12 @@ class NotebookPage(File):
 
     def is_documentation_page(self) -> bool:
         return True
+
+
+def on_config(config: Any) -> Any:
+    """Say on every page what it was built from."""
+    config.copyright = built_from()
+    return config
 
 
 def on_files(files: Files, config: Any) -> Files:

@@ -3,6 +3,7 @@
 import ast
 import os
 import re
+import runpy
 import subprocess
 import sys
 import tomllib
@@ -10,6 +11,7 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
+import yaml
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
@@ -110,8 +112,7 @@ def required(module: Path) -> list[tuple[str, str]]:
 
 
 def test_extras_that_hints_name_bring_the_library():
-    brought_by = {"skimage": "scikit-image", "flip_evaluator": "flip-evaluator"}
-    brought_by |= {"dask": "distributed"}
+    brought_by = {"skimage": "scikit-image", "dask": "distributed"}
     extras = PROJECT["optional-dependencies"]
     sources = (ROOT / "src", ROOT / "lab" / "src")
     asked = {pair for folder in sources for path in folder.rglob("*.py") for pair in required(path)}
@@ -133,6 +134,33 @@ def test_the_page_on_installing_lists_the_extras_and_what_they_bring():
         assert brought == set(re.findall(r"`([A-Za-z-]+)`", listed[name])), name
     always = {Requirement(need).name for need in PROJECT["dependencies"]}
     assert set(re.findall(r"`(\w+)`", listed["none"])) <= always
+
+
+def test_the_conda_recipe_needs_what_the_package_needs():
+    recipe = yaml.safe_load((ROOT / "packaging" / "recipe.yaml").read_text())
+    minimum = recipe["context"]["python_min"]
+    assert PROJECT["requires-python"] == f">={minimum}"
+    assert recipe["context"]["version"] == PROJECT["version"]
+    needed = recipe["requirements"]["run"]
+    assert needed[0] == "python >=${{ python_min }}"
+    assert sorted(need.replace(" ", "") for need in needed[1:]) == sorted(PROJECT["dependencies"])
+    (backend,) = DECLARED["build-system"]["requires"]
+    assert backend in [need.replace(" ", "") for need in recipe["requirements"]["host"]]
+    points = [f"{name} = {target}" for name, target in PROJECT["scripts"].items()]
+    assert recipe["build"]["python"]["entry_points"] == points
+
+
+def test_an_address_makes_the_links_of_a_page_absolute(monkeypatch: pytest.MonkeyPatch):
+    release = runpy.run_path(str(ROOT / "scripts" / "release.py"))["absolute_links"]
+    page = "[a](docs/x.md#part) ![b](../c.jpg) [d](https://example.org) [e](#here)"
+    assert release(page, Path("lab")) == page
+    declared = {"version": "1.2.3", "urls": {"Source": "https://example.org/nacre"}}
+    package = release.__globals__["Package"]
+    monkeypatch.setattr(package, "declared", property(lambda _: declared))
+    assert release(page, Path("lab")) == (
+        "[a](https://example.org/nacre/blob/v1.2.3/lab/docs/x.md#part) "
+        "![b](https://example.org/nacre/raw/v1.2.3/c.jpg) [d](https://example.org) [e](#here)"
+    )
 
 
 def test_the_container_installs_what_rendering_needs_and_is_not_root():

@@ -21,7 +21,7 @@ from nacre.figures.difference_sheet import CELL_PIXELS, Row, difference_sheet
 from nacre.figures.page import Bytes, scale_end
 from nacre.measured.textures import UTIA
 from nacre.measuring.virtual import MitsubaBrdf
-from nacre.metrics.metrics import flip
+from nacre.metrics.ldr_flip import flip
 from nacre.mitsuba.preview import render_preview, render_scene, write_bytes
 from nacre.mitsuba.textures.plugins import texture_bsdf
 from nacre.mitsuba.textures.scene import describe_texture_scene, texture_scale

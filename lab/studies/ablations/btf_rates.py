@@ -39,7 +39,7 @@ from nacre.geometry import cosine_hemisphere, join
 from nacre.measured.textures.directions import from_degrees
 from nacre.measured.textures.ubo2014 import writer
 from nacre.measured.textures.ubo2014.reader import load
-from nacre.metrics.metrics import flip
+from nacre.metrics.ldr_flip import flip
 from nacre.metrics.texture_errors import ErrorSums
 from nacre.mitsuba.preview import write_image
 from nacre.mitsuba.studio import studio

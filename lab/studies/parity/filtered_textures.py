@@ -22,7 +22,7 @@ from lab.studies.study import Study, log
 from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.color import tone_map
-from nacre.metrics.metrics import flip
+from nacre.metrics.ldr_flip import flip
 from nacre.targets.textures import FilteredTexture, TextureAtlas
 from nacre.targets.textures.accuracy import compared_at, mean_squared_error
 from nacre.targets.textures.shader_texture import ShaderTexture

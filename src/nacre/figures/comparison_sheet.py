@@ -12,7 +12,7 @@ from nacre.color import tone_map
 from nacre.figures.difference_sheet import Row, difference_sheet
 from nacre.figures.page import Bytes, scale_end, scale_note
 from nacre.metrics.comparison import Comparison, LightComparison
-from nacre.metrics.metrics import flip
+from nacre.metrics.ldr_flip import flip
 from nacre.mitsuba.lights import Light
 from nacre.mitsuba.sphere import smooth_edges
 

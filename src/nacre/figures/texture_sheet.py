@@ -13,7 +13,7 @@ from nacre.figures.difference_sheet import CELL_PIXELS, Row, difference_sheet
 from nacre.figures.page import Bytes, scale_end, scale_note
 from nacre.figures.texture_views import angles, reduced, texels
 from nacre.measured.textures.directions import from_degrees
-from nacre.metrics.metrics import flip
+from nacre.metrics.ldr_flip import flip
 from nacre.metrics.texture_comparison import matched
 from nacre.metrics.verdict import Verdict, verdict
 from nacre.textures.selection import nearest_pair
@@ -36,10 +36,7 @@ def texture_rows(truth: Btf, other: Btf) -> list[Row]:
 
 
 def texture_verdict(rows: Sequence[Row]) -> Verdict:
-    """Whether a viewer would see the difference, in the row that shows it best, a texel a pixel.
-
-    Raises MissingExtraError if flip-evaluator is not installed.
-    """
+    """Whether a viewer would see the difference, in the row that shows it best, a texel a pixel."""
     return verdict((" ".join(row.label.split()), _flip(row)) for row in rows)
 
 

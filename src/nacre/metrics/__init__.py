@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     from nacre.metrics.comparison import LightComparison as LightComparison
     from nacre.metrics.comparison import compare as compare
     from nacre.metrics.facts import physical_facts as physical_facts
+    from nacre.metrics.ldr_flip import flip as flip
     from nacre.metrics.metrics import AngularErrors as AngularErrors
     from nacre.metrics.metrics import ImageErrors as ImageErrors
     from nacre.metrics.metrics import angular_errors as angular_errors
     from nacre.metrics.metrics import delta_itp as delta_itp
-    from nacre.metrics.metrics import flip as flip
     from nacre.metrics.metrics import image_errors as image_errors
     from nacre.metrics.noise import sampling_variance as sampling_variance
     from nacre.metrics.physics import Estimate as Estimate
@@ -32,9 +32,9 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "comparison": ["Comparison", "LightComparison", "compare"],
         "facts": ["physical_facts"],
+        "ldr_flip": ["flip"],
         "metrics": [
-            *("AngularErrors", "ImageErrors", "angular_errors", "delta_itp", "flip"),
-            "image_errors",
+            *("AngularErrors", "ImageErrors", "angular_errors", "delta_itp", "image_errors"),
         ],
         "noise": ["sampling_variance"],
         "physics": ["Estimate", "albedo", "anisotropy", "known_fraction", "reciprocity_error"],

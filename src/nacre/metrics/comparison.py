@@ -137,7 +137,7 @@ def compare(
     Raises
     ------
     MissingExtraError
-        If scikit-image or flip-evaluator is not installed.
+        If scikit-image is not installed.
 
     Examples
     --------

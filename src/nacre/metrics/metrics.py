@@ -12,6 +12,7 @@ from nacre.brdf import Brdf
 from nacre.color import REC_709, rgb_to_xyz_matrix, tone_map
 from nacre.errors import NacreError, require
 from nacre.geometry import join, uniform_rusinkiewicz
+from nacre.metrics.ldr_flip import flip
 
 PAIRS = 100_000  # pairs of directions drawn for angular_errors
 
@@ -65,7 +66,7 @@ def image_errors(
     ValueError
         If the shapes disagree or the mask is empty.
     MissingExtraError
-        If scikit-image or flip-evaluator is not installed.
+        If scikit-image is not installed.
     """
     if truth.shape != other.shape or truth.ndim != 3 or truth.shape[2] != 3:
         raise ValueError(f"pictures of shapes {truth.shape} and {other.shape} do not compare")
@@ -84,19 +85,6 @@ def image_errors(
         flip=float(np.mean(flip_map[covered])),
     )
     return errors, flip_map
-
-
-def flip(truth: Floats, other: Floats) -> Floats:
-    """LDR-FLIP error map of two tone-mapped pictures at 67 pixels per degree.
-
-    Pictures are display values in [0, 1], shapes (height, width, 3); the map is the perceived
-    difference in [0, 1], shape (height, width), float32.
-    """
-    evaluator = require("flip_evaluator", "render")
-    images = (np.ascontiguousarray(image, dtype=np.float32) for image in (truth, other))
-    # The figure it would compute on request is the mean over the frame, background included.
-    result, _, _ = evaluator.evaluate(*images, "LDR", applyMagma=False, computeMeanError=False)
-    return np.asarray(result, np.float32)[..., 0]
 
 
 def delta_itp(truth: Floats, other: Floats, white: float = 203.0) -> Floats:

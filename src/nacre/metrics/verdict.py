@@ -106,7 +106,7 @@ def verdict(pictures: Iterable[tuple[str, Floats]]) -> Verdict:
     """The verdict on pairs of pictures: that on the pair that differs most.
 
     A pair is its name and the FLIP error in [0, 1] of the pixels that count, any shape; see
-    :func:`nacre.metrics.metrics.flip`. Raises ValueError without a pair.
+    :func:`nacre.metrics.ldr_flip.flip`. Raises ValueError without a pair.
     """
     found = []
     for name, errors in pictures:

@@ -111,7 +111,7 @@ def compare(
     NacreError
         If textures have different sizes or directions.
     MissingExtraError
-        If scikit-image or flip-evaluator is not installed.
+        If scikit-image is not installed.
     """
     first, second = (opened(each, quantity=pixels) for each in (reference, other))
     names = label(reference), label(other)

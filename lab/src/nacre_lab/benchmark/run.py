@@ -27,7 +27,7 @@ from nacre_lab.benchmark.splits import Split
 from nacre_lab.reproduce.cache import cache_key
 from nacre_lab.reproduce.trial import Method, Reference
 
-_LIBRARIES = "numpy", "scipy", "numba", "scikit-image", "flip-evaluator", "torch"
+_LIBRARIES = "numpy", "scipy", "numba", "scikit-image", "torch"
 _DECIDING = "methods", "protocol", "splits"
 """Modules of the benchmark that determine the results, with all that they import."""
 
@@ -89,8 +89,7 @@ def run(
         If a method or material is unknown, a file is missing or not the expected one, or the output
         cannot be extended. If a method cannot represent a material, a row tells why.
     """
-    for module in ("skimage.metrics", "flip_evaluator"):
-        require(module, "render")
+    require("skimage.metrics", "render")
     settings = PROTOCOLS[protocol]
     cache = cache or output.with_name(f"{output.name}.cache")
     bases = Bases(split, folder, settings, cache, named(progress, "bases"))

@@ -140,8 +140,7 @@ def run(
     materials = {path.stem: path for path in files}
     if len(materials) < len(files):
         raise NacreError("two materials have the same file name without its ending; rename one")
-    for module in ("skimage.metrics", "flip_evaluator"):
-        require(module, "render")
+    require("skimage.metrics", "render")
     total, lock, stopped = len(materials) * len(methods), threading.Lock(), threading.Event()
     trials: dict[tuple[str, str], Trial] = {}
     skipped: dict[tuple[str, str], str] = {}
