@@ -277,7 +277,8 @@ def site() -> str:
     run("make", "site")
     pages, place = ROOT / "out" / "site", FOLDER / f"nacre-site-{version()}.zip"
     origin = f"nacre {version()}, commit {commit()}"
-    for name in ("index.html", "docs/index.html", "docs/results/reliability.html"):
+    require((pages / "index.html").exists(), "the page of all materials is missing")
+    for name in ("docs/index.html", "docs/results/reliability.html"):  # the front has it packed
         stated = (pages / name).read_text("utf-8")
         found = re.search(rf"{origin}(?!\w|, with)", stated)
         require(found is not None, f"{name}: is not from {origin}")
