@@ -83,10 +83,15 @@ class Bases:
         Raises
         ------
         NacreError
-            If a material to train on is missing, or the training fails.
+            If there are no materials to train on, one is missing, or the training fails.
         """
         if kind not in self._found:
             included = self._included(kind)
+            if included is None and not self._split.training:
+                raise NacreError(
+                    f"{self._split.name}: have no other materials to learn codes from, and no "
+                    f"included basis {kind!r} has seen none of them"
+                )
             paths = [self._split.path(name, self._folder) for name in self._split.training]
             self._found[kind] = (
                 included
