@@ -80,7 +80,9 @@ def test_any_files_are_judged(capsys: Any) -> None:
     words = "bench", "mine", "--quick", "--methods", "lambert,pca-refined"
     assert run(*words, quiet=False) == 0
     printed = capsys.readouterr()
-    assert printed.out == "bench-files.jsonl: 2 rows measured, 0 there already, 1 without a result\n"
+    assert (
+        printed.out == "bench-files.jsonl: 2 rows measured, 0 there already, 1 without a result\n"
+    )
     assert "no other materials to learn codes from" in printed.err
     found = run_json(capsys, *words)  # nothing is measured again
     assert {row["split"] for row in found["rows"]} == {"files in mine"}

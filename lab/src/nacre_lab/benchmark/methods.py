@@ -16,6 +16,7 @@ from nacre.latent.file import PRETRAINED, find_basis
 from nacre.neural import Recipe, fit
 from nacre.runtime.progress import Progress
 from nacre_lab.benchmark import METHODS
+from nacre_lab.benchmark.peers.methods import closed_form_peers
 from nacre_lab.benchmark.protocol import GIVEN
 from nacre_lab.benchmark.splits import Split
 from nacre_lab.reproduce.cache import Cache
@@ -141,6 +142,7 @@ def methods(settings: Settings, bases: Bases | None = None) -> dict[str, Method]
             {GIVEN: "was fitted by its authors"},
         ),
         **{name: _coded(code, bases) for name, code in CODES.items()},
+        **closed_form_peers(settings),
         **{f"file{ending}": _file(ending, about) for ending, about in _FILES.items()},
     }
     for name in METHODS:

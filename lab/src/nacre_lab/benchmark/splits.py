@@ -148,4 +148,6 @@ def given(paths: Sequence[Path], left_out: Callable[[Path], None] = lambda path:
     folders = dict.fromkeys(
         (path if path.is_dir() else path.parent).resolve().name for path in paths
     )
-    return Split(f"files in {', '.join(folders)}", "the user's files", tuple(files), (), files=files)
+    return Split(
+        f"files in {', '.join(folders)}", "the user's files", tuple(files), (), files=files
+    )

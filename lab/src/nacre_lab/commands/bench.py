@@ -67,11 +67,11 @@ def command(
 ) -> None:
     """Measure representations of materials with the open benchmark, or print its results.
 
-    Materials are those of a split, or your own: measured files, and folders of them. Every method is
-    tried on every material, for bytes, errors of pictures, times,
-    noise, reciprocity and energy. The results file has one line of JSON for each pair, with
-    versions, machine and the command that repeats it. Lines are only added, and a stopped run
-    resumes. Other packages can add methods: see lab/docs/benchmark.md.
+    Materials are those of a split, or your own: measured files, and folders of them. Every method
+    is tried on every material, for bytes, errors of pictures, times, noise, reciprocity and energy.
+    The results file has one line of JSON for each pair, with versions, machine and the command that
+    repeats it. Lines are only added, and a stopped run resumes. Other packages can add methods: see
+    lab/docs/benchmark.md.
     """
     if show:
         if files:

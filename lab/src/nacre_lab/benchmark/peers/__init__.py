@@ -1,0 +1,1 @@
+"""Representations from papers by others, each our own implementation from its description."""
