@@ -120,7 +120,9 @@ def find_split(name: str) -> Split:
     return splits()[name]
 
 
-def given(paths: Sequence[Path], left_out: Callable[[Path], None] = lambda path: None) -> Split:
+def given(
+    paths: Sequence[Path], output: Path, left_out: Callable[[Path], None] = lambda path: None
+) -> Split:
     """The materials in files, and in the measured files of folders, which are the user's own.
 
     There are no materials to train bases of codes on.
@@ -129,6 +131,8 @@ def given(paths: Sequence[Path], left_out: Callable[[Path], None] = lambda path:
     ----------
     paths
         Folders and files; see :func:`nacre.workflows.find_sources`.
+    output
+        The results file, which is none of them.
     left_out
         Called with every file in a folder that has the ending of a measurement but is not one.
 
@@ -137,7 +141,7 @@ def given(paths: Sequence[Path], left_out: Callable[[Path], None] = lambda path:
     NacreError
         If there is none, or a file cannot be read as a reflectance, before any work.
     """
-    sources = find_sources(paths, Path(), left_out)
+    sources = find_sources(paths, output, left_out)
     if not sources:
         raise NacreError(f"{', '.join(map(str, paths))}: no measured materials found")
     files = {

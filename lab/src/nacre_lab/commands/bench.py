@@ -81,15 +81,15 @@ def command(
     from nacre_lab.benchmark.run import run
     from nacre_lab.benchmark.splits import find_split, given
 
+    label = "files" if files else split
+    output = output or Path(f"bench-{label}.jsonl")
     if files:
         for name in ("split", "measured"):
             if options.is_given(name):
                 raise click.UsageError(f"--{name} is for the splits of --list; leave it out")
-        chosen = given(files, lambda path: aside(f"left out, not a measurement: {path}"))
+        chosen = given(files, output, lambda path: aside(f"left out, not a measurement: {path}"))
     else:
         chosen = find_split(split)
-    label = "files" if files else split
-    output = output or Path(f"bench-{label}.jsonl")
     found = run(
         chosen,
         output,
