@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.interpolate import RBFInterpolator
@@ -109,7 +111,9 @@ def test_peers_are_known_by_name() -> None:
 
 
 def test_spherical_gaussians_add_up() -> None:
-    values = {p.name: (0.0,) * 3 if p.color else p.low for p in SphericalGaussians.parameters}
+    values: dict[str, Any] = {
+        p.name: (0.0,) * 3 if p.color else p.low for p in SphericalGaussians.parameters
+    }
     one = {"normal_reflectance": 1.0, "masking": 0.01, "sharpness_2": 8.0}
     lobe = SphericalGaussians(**values | one | {"amplitude_2": (1.0, 2.0, 0.5)})
     assert lobe.nbytes == 4 * len(values) + 4 * 2 * 7

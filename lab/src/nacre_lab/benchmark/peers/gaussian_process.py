@@ -237,7 +237,8 @@ def _scaled(wi: Floats, wo: Floats, isotropic: bool, angle: float) -> Doubles:
     """Inputs of the kernel, shape (n, k)."""
     light, view = (split(w.astype(np.float64)) for w in (wi, wo))
     inputs = network_inputs(light, view, isotropic, ENHANCED, angle)
-    return np.stack(np.broadcast_arrays(*inputs), axis=1) * np.array(_scales(isotropic))
+    scales = np.array(_scales(isotropic))
+    return np.asarray(np.stack(np.broadcast_arrays(*inputs), axis=1) * scales)
 
 
 def _scales(isotropic: bool) -> tuple[float, ...]:
