@@ -3,8 +3,8 @@
 After "Fast and Accurate Gaussian Process Modelling of Real-World Materials" (ACM Transactions on
 Graphics 2026, doi 10.1145/3806194). We know its abstract only, from which we take the regression,
 the generalized distance kernel |x - z|^p, and that size follows the number of observations. The
-rest is ours: x are the inputs of nacre's networks, and points are chosen from a fixed design, one
-after the other, which the paper's factorized grids do not do. log(f_r + 0.001) is the posterior
+rest is ours: x are the inputs of nacre's networks, and points are chosen one after the other from a
+fixed design, where the abstract factorizes a grid. The logarithm of f_r + 0.001 is the posterior
 mean of a process with this kernel and a linear mean.
 """
 
@@ -200,10 +200,13 @@ def _kernel(squares: Array) -> Array:
 
 
 def _importance(values: Doubles, samples: DirectionSamples) -> Doubles:
-    """How much a displayed white-lit picture changes with log f_r, clipped at white, shape (n,)."""
-    lit = math.pi * values * samples.cosine[:, None]
-    shown: Doubles = (lit ** (1.0 / _GAMMA) / np.maximum(lit, 1.0)).mean(axis=1)
-    return shown / math.sqrt(len(values))
+    """How much a picture in even light changes with log f_r, shape (n,).
+
+    Highlights above white count as much as white: under an environment only a part of the light
+    reaches them.
+    """
+    lit = np.minimum(math.pi * values * samples.cosine[:, None], 1.0)
+    return np.asarray((lit ** (1.0 / _GAMMA)).mean(axis=1) / math.sqrt(len(values)))
 
 
 def _points(size: int, isotropic: bool, angle: float) -> Doubles:
