@@ -29,7 +29,7 @@ _SCALES = 2.0, 1.5, 1.0, 1.0, 0.3, 0.3
 _ANISOTROPIC_SCALES = 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.3, 0.3
 
 _DARKEST = 1e-3  # added to f_r in 1/sr before its logarithm
-_NOISE = 1e-9  # relative variance of the noise
+_NOISE = 1e-6  # relative variance of the noise; less lets the process overshoot between samples
 _NEW = 1e-10  # part of a point's kernel that others must not explain for it to be chosen
 _PER_POINT = 12  # samples for each point of the design
 _GRAZING = 0.01, 0.05  # near cosines below these, half of the design is dense
