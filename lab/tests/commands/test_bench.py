@@ -8,6 +8,8 @@ from typing import Any
 
 import pytest
 
+import nacre
+from nacre.analytic import MODELS
 from tests.cli.support import assert_refused, run, run_json
 from tests.data import require_data
 
@@ -69,6 +71,32 @@ def test_measured_files_are_judged(capsys: Any) -> None:
     assert row["measures"]["fit_cpu_s"] is None
     assert row["missing"] == dict.fromkeys(["fit_s", "fit_cpu_s"], "was fitted by its authors")
     assert row["command"].endswith("--measured FOLDER --quick")
+
+
+def test_any_files_are_judged(capsys: Any) -> None:
+    Path("mine/deep").mkdir(parents=True)
+    nacre.save(MODELS["lambert"](diffuse=(0.2, 0.3, 0.4)), "mine/deep/gray.bin")
+    Path("mine/notes.exr").write_bytes(b"no picture")
+    words = "bench", "mine", "--quick", "--methods", "lambert,pca-refined"
+    assert run(*words, quiet=False) == 0
+    printed = capsys.readouterr()
+    assert (
+        printed.out == "bench-files.jsonl: 2 rows measured, 0 there already, 1 without a result\n"
+    )
+    assert "no other materials to learn codes from" in printed.err
+    found = run_json(capsys, *words)  # nothing is measured again
+    assert {row["split"] for row in found["rows"]} == {"files in mine"}
+    assert {row["material"] for row in found["rows"]} == {"deep/gray"}
+    assert found["rows"][0]["command"] == (
+        "nacre bench FILES --methods lambert --only deep/gray --quick"
+    )
+    assert len(Path("bench-files.jsonl").read_text().splitlines()) == 2
+    assert_refused(capsys, "--split is for the splits", *words, "--split", "rgl")
+    assert_refused(capsys, "is not a material of the files (deep/gray)", *words, "--only", "gray")
+    Path("mine/bad.bsdf").write_text("no table")
+    assert_refused(capsys, "mine/bad.bsdf", *words)
+    Path("empty").mkdir()
+    assert_refused(capsys, "empty: no measured materials found", "bench", "empty")
 
 
 def test_splits_methods_and_measures_are_listed(capsys: Any) -> None:

@@ -16,6 +16,7 @@ from nacre.latent.file import PRETRAINED, find_basis
 from nacre.neural import Recipe, fit
 from nacre.runtime.progress import Progress
 from nacre_lab.benchmark import METHODS
+from nacre_lab.benchmark.peers.closed_forms import closed_form_peers
 from nacre_lab.benchmark.peers.networks import LARGE, networks
 from nacre_lab.benchmark.protocol import GIVEN
 from nacre_lab.benchmark.splits import Split
@@ -84,10 +85,15 @@ class Bases:
         Raises
         ------
         NacreError
-            If a material to train on is missing, or the training fails.
+            If there are no materials to train on, one is missing, or the training fails.
         """
         if kind not in self._found:
             included = self._included(kind)
+            if included is None and not self._split.training:
+                raise NacreError(
+                    f"{self._split.name}: have no other materials to learn codes from, and no "
+                    f"included basis {kind!r} has seen none of them"
+                )
             paths = [self._split.path(name, self._folder) for name in self._split.training]
             self._found[kind] = (
                 included
@@ -138,6 +144,7 @@ def methods(settings: Settings, bases: Bases | None = None) -> dict[str, Method]
         ),
         **networks(settings),
         **{name: _coded(code, bases) for name, code in CODES.items()},
+        **closed_form_peers(settings),
         **{f"file{ending}": _file(ending, about) for ending, about in _FILES.items()},
     }
     for name in METHODS:

@@ -65,7 +65,7 @@ def run(
     Parameters
     ----------
     split
-        The materials.
+        The materials; see also :func:`nacre_lab.benchmark.splits.given`.
     output
         The results file to add rows to.
     names
@@ -131,7 +131,8 @@ def _row(
     settings = dict(method.settings)
     own = [code, _package_code(method)]
     key = cache_key("bench", [split.name, material, sha256, name, settings, protocol, own])
-    words = ["nacre", "bench", "--split", split.name, "--methods", name, "--only", material]
+    where = ["FILES"] if split.files is not None else ["--split", split.name]
+    words = ["nacre", "bench", *where, "--methods", name, "--only", material]
     if split.database is not None:
         words += ["--measured", "FOLDER"]
     if protocol["name"] == "quick":

@@ -28,6 +28,7 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
 
 @make(
     "bench",
+    options.argument("files", nargs=-1, metavar="[INPUT]..."),
     option("--split", metavar="NAME", default="included"),
     "Materials to test methods on; see --list.",
     option(
@@ -38,10 +39,10 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
     ),
     "Methods to measure.",
     option("--only", multiple=True, metavar="NAME"),
-    "Material of the split to measure. May be repeated.",
+    "Material to measure, by name; all of them without it. May be repeated.",
     option("--measured", options.INPUT),
     "Folder with the measured files of the split, as nacre download writes them.",
-    options.output_option(required=False, shown="bench-SPLIT.jsonl"),
+    options.output_option(required=False, shown="bench-SPLIT.jsonl, or bench-files.jsonl"),
     "Results file (.jsonl) to add rows to; existing rows are not measured again.",
     option("--quick", is_flag=True, help="Make short fits and small pictures for a first look."),
     option("--show", options.INPUT, multiple=True, metavar="FILE"),
@@ -53,6 +54,7 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
     option("--fresh", is_flag=True, group="repeated runs", help="Measure existing rows again."),
 )
 def command(
+    files: tuple[Path, ...],
     split: str,
     methods: list[str],
     only: tuple[str, ...],
@@ -65,19 +67,29 @@ def command(
 ) -> None:
     """Measure representations of materials with the open benchmark, or print its results.
 
-    Every method is tried on every material of the split, for bytes, errors of pictures, times,
-    noise, reciprocity and energy. The results file has one line of JSON for each pair, with
-    versions, machine and the command that repeats it. Lines are only added, and a stopped run
-    resumes. Other packages can add methods: see lab/docs/benchmark.md.
+    Materials are those of a split, or your own: measured files, and folders of them. Every method
+    is tried on every material, for bytes, errors of pictures, times, noise, reciprocity and energy.
+    The results file has one line of JSON for each pair, with versions, machine and the command that
+    repeats it. Lines are only added, and a stopped run resumes. Other packages can add methods: see
+    lab/docs/benchmark.md.
     """
     if show:
+        if files:
+            raise click.UsageError("--show prints existing results; leave out the files to judge")
         _print_tables(show)
         return
     from nacre_lab.benchmark.run import run
-    from nacre_lab.benchmark.splits import find_split
+    from nacre_lab.benchmark.splits import find_split, given
 
-    chosen = find_split(split)
-    output = output or Path(f"bench-{split}.jsonl")
+    label = "files" if files else split
+    output = output or Path(f"bench-{label}.jsonl")
+    if files:
+        for name in ("split", "measured"):
+            if options.is_given(name):
+                raise click.UsageError(f"--{name} is for the splits of --list; leave it out")
+        chosen = given(files, output, lambda path: aside(f"left out, not a measurement: {path}"))
+    else:
+        chosen = find_split(split)
     found = run(
         chosen,
         output,
@@ -87,7 +99,7 @@ def command(
         protocol="quick" if quick else "full",
         cache=cache,
         fresh=fresh,
-        progress=progress(split),
+        progress=progress(label),
     )
     missing = [row for row in found.rows if row.unavailable is not None]
     for row in missing:
@@ -103,8 +115,8 @@ def _print_tables(paths: tuple[Path, ...]) -> None:
     from nacre_lab.benchmark.results import read_results
     from nacre_lab.benchmark.table import markdown
 
-    for given, flag in options.given():
-        if given.name != "show":
+    for other, flag in options.given():
+        if other.name != "show":
             raise click.UsageError(f"--show prints existing results; leave out {flag}")
     rows = []
     for path in paths:

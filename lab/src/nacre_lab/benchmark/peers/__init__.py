@@ -1,1 +1,1 @@
-"""Other people's methods, as their papers describe them."""
+"""Methods of other people, each our own implementation from its description."""
