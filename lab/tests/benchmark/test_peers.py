@@ -13,8 +13,8 @@ from nacre.errors import NacreError
 from nacre.sampling import draw_samples
 from nacre_lab.benchmark.methods import methods
 from nacre_lab.benchmark.peers import gaussian_process
-from nacre_lab.benchmark.peers.gaussian_process import features, greedy, round_weights, trends
 from nacre_lab.benchmark.peers.closed_forms import SIZES
+from nacre_lab.benchmark.peers.gaussian_process import features, greedy, round_weights, trends
 from nacre_lab.benchmark.peers.spherical_gaussians import SphericalGaussians
 from nacre_lab.benchmark.protocol import PROTOCOLS
 
