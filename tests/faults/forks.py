@@ -6,6 +6,7 @@ to run and what is to fail, a line of JSON for each run, and prints what came of
 
 from __future__ import annotations
 
+import atexit
 import gc
 import importlib
 import itertools
@@ -15,14 +16,16 @@ import select
 import signal
 import subprocess
 import sys
+import traceback
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NoReturn
 
 from tests.faults.calls import LARGE, Kind, library, plan
 from tests.faults.commands import ROOT
 
-PATIENCE = 120.0
+PATIENCE = 900.0
 """Seconds after which a run hangs."""
 ASKED = 5
 """Times that long work asks whether a state is due, until one is."""
@@ -97,7 +100,6 @@ def main() -> None:
             os.environ["TMPDIR"] = f"{asks['folder']}/tmp"
             shared.kind = asks["kind"]
             _child(asks["arguments"], told, names)
-            return
         code = _ended(process)
         shared.kind = 0
         reply = {
@@ -115,18 +117,26 @@ def main() -> None:
         print(json.dumps(reply), flush=True)
 
 
-def _child(arguments: list[str], told: int, names: int) -> None:
-    """Run the command; the process then ends as any does."""
+def _child(arguments: list[str], told: int, names: int) -> NoReturn:
+    """Run the command, and end this process as it would, but for the interpreter's own end."""
     os.setsid()
     nothing = os.open(os.devnull, os.O_RDWR)
     for file, other in ((nothing, 0), (nothing, 1), (told, 2)):
         os.dup2(file, other)
     from nacre.cli import main as run
 
+    code = 0
     try:
         run(["-q", *arguments])
-    finally:
-        os.write(names, "\n".join(sys.modules).encode())
+    except SystemExit as end:
+        code = int(end.code or 0)
+    except BaseException:
+        traceback.print_exc()
+        code = 1
+    atexit._run_exitfuncs()
+    sys.stderr.flush()
+    os.write(names, "\n".join(sys.modules).encode())
+    os._exit(code)
 
 
 def _ended(process: int) -> int:

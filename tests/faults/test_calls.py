@@ -9,10 +9,11 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import click
 import pytest
 
 from tests.faults.calls import KINDS, compiler, library
-from tests.faults.commands import ROOT
+from tests.faults.commands import NACRE, ROOT
 from tests.faults.forks import Forks
 from tests.faults.points import Points, chosen, fail_calls
 from tests.faults.writers import WRITERS
@@ -45,6 +46,27 @@ def test_points_are_spread() -> None:
     assert few[:10] == list(range(1, 11))
     assert few[-10:] == list(range(991, 1001))
     assert max(b - a for a, b in itertools.pairwise(few)) < 60
+
+
+@pytest.mark.slow
+def test_every_command_that_writes_is_tried() -> None:
+    from nacre.cli import root
+    from nacre.targets.target import TARGETS
+
+    written = {" ".join(long.arguments[len(NACRE) :]) for long in WRITERS.values()}
+    for name in _writing(root):
+        assert any(f"{line} ".startswith(f"{name} ") for line in written), name
+    assert [name for name in TARGETS if f"export-{name}" not in WRITERS] == []
+
+
+def _writing(group: click.Group, before: str = "") -> Iterator[str]:
+    """Names of the commands that take --force."""
+    for name in group.list_commands(click.Context(group)):
+        command = group.get_command(click.Context(group), name)
+        if isinstance(command, click.Group):
+            yield from _writing(command, f"{before}{name} ")
+        elif command is not None and any("--force" in each.opts for each in command.params):
+            yield before + name
 
 
 @pytest.fixture(scope="module")

@@ -157,6 +157,7 @@ WRITERS: dict[str, Long] = {
     "measure-plan": _of("measure plan -n 2 -o out/plan.csv"),
     "measure-next": _of("measure next inputs/plan.csv -n 1 -o out/plan.csv"),
     "measure-bsdf": _of("measure bsdf inputs/b.json -o out/table.binary --resolution 4,4,4"),
+    "measure-multiangle": _of("measure multiangle inputs/a.json -o out/colors.png"),
     "capture": _of(
         "btf capture fabric01 -o out/cloth.npz --texels 4 --paths 1 --directions inputs/d.csv "
         "--picture out/cloth.png --height-map out/cloth.exr"

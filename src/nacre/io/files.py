@@ -200,6 +200,7 @@ def atomic_path(path: PathLike, *, internal: bool = False) -> Iterator[Path]:
     path = Path(path)
     if not internal:
         check_replaceable(path)
+    before = identity(path)
     temporary = _claim(path)
     try:
         with file_errors(path, "written"):
@@ -211,6 +212,8 @@ def atomic_path(path: PathLike, *, internal: bool = False) -> Iterator[Path]:
             with suppress(FileNotFoundError):
                 if not path.is_symlink():
                     temporary.chmod(stat.S_IMODE(path.stat().st_mode))
+            if not internal and identity(path) != before:  # it came while the block worked
+                check_replaceable(path)
             temporary.replace(path)
     finally:
         _remove_if_possible(temporary)
