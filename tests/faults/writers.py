@@ -17,7 +17,7 @@ MADE = {
     "plan.csv": "measure plan -n 4 --of merl:delrin",
     "cloth.npz": "btf capture fabric01 --texels 4 --paths 1 --directions d.csv",
     "cloth2.npz": "btf capture wood01 --texels 4 --paths 1 --directions d.csv",
-    "network.safetensors": "fit a.json --samples 1000 --epochs 1",
+    "network.safetensors": "fit a.json --samples 1000 --epochs 1 --inputs paper",
     "model.json": "convert a.json",
 }
 """How inputs are made, by their names; each is made once."""
@@ -80,6 +80,7 @@ _TARGETS = (
     "materialx", "osl-closures", "materialx-closures", "openpbr", "usda", "gltf", "mdl",
     "principled", "blender-closures", "blender-addon", "web", "usd",
 )  # fmt: skip
+_EXPORTED = dict.fromkeys(("npy", "h5"), "network.safetensors")
 _TEXTURE_TARGETS = "glsl", "three", "wgsl", "osl", "gltf"
 _TABLES = (
     "binary", "npz", "mbsdf", "zemax.bsdf", "brdf", "xompt", "xml", "bin", "exr", "csv", "bsdf",
@@ -135,7 +136,9 @@ WRITERS: dict[str, Long] = {
         "estimate --readings inputs/readings.csv -o out/paint.json", states=("paint.json.state*",)
     ),
     **{
-        f"export-{target}": _of(f"export inputs/a.json --to {target} -o out/made/", "made/*")
+        f"export-{target}": _of(
+            f"export inputs/{_EXPORTED.get(target, 'a.json')} --to {target} -o out/made/", "made/*"
+        )
         for target in _TARGETS
     },
     **{
@@ -234,7 +237,7 @@ WRITERS: dict[str, Long] = {
         service=slow_server,
     ),
     "bench": _of(
-        "bench --quick --methods ggx --only delrin -o out/bench.jsonl",
+        "bench --quick --methods ggx --only rgl:paper_white -o out/bench.jsonl",
         journals=("bench.jsonl",),
         states=("bench.jsonl*",),
     ),

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import ast
 import struct
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -53,12 +52,6 @@ STATED = {
 """Types that are variables, and where they come from."""
 
 
-def _calls(path: Path) -> Iterator[tuple[ast.Call, str]]:
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
-            yield node, node.func.attr
-
-
 def _text(node: ast.expr) -> str | None:
     """A text, or what an f-string begins with, which may be nothing."""
     if isinstance(node, ast.JoinedStr):
@@ -66,10 +59,10 @@ def _text(node: ast.expr) -> str | None:
     return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else None
 
 
-def _constants(path: Path) -> dict[str, str]:
+def _constants(tree: ast.Module) -> dict[str, str]:
     """Types that a module names at its top: `NAME = np.dtype("<f2")`."""
     found = {}
-    for node in ast.parse(path.read_text("utf-8")).body:
+    for node in tree.body:
         if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call) and node.value.args:
             found[ast.unparse(node.targets[0])] = _text(node.value.args[0]) or ""
     return found
@@ -77,8 +70,15 @@ def _constants(path: Path) -> dict[str, str]:
 
 def native(path: Path, name: str) -> list[str]:
     """Calls in a source that read or write numbers in the order of the machine."""
-    found, named = [], _constants(path)
-    for call, function in _calls(path):
+    source = path.read_text("utf-8")
+    if not any(word in source for word in ("struct.", ".take(", *ARRAYS)):
+        return []
+    found, tree = [], ast.parse(source)
+    named = _constants(tree)
+    for call in ast.walk(tree):
+        if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)):
+            continue
+        function = call.func.attr
         if function == "take" and len(call.args) != 2:  # of a reader of words
             continue
         layout = _text(call.args[0]) if function in LAYOUTS and call.args else None

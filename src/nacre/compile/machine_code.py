@@ -51,7 +51,7 @@ def kept(path: Path, make: Callable[[], bytes]) -> bytes:
         try:
             part.write_bytes(hashlib.sha256(code).digest() + code)
             part.replace(path)
-        except OSError:
+        finally:
             part.unlink(missing_ok=True)
     return code
 

@@ -31,12 +31,12 @@ class Journal:
         self._path = path
         rows = [] if path is None else _rows(path, step)
         self.last = int(rows[-1][0]) if rows else 0
-        if events is not None:
-            writer = require("tensorboardX", "btf").SummaryWriter
-            self._events = writer(str(events), purge_step=step or None)
         if path is not None:
             text = "".join(_line(row) for row in [COLUMNS, *rows])
             write_encoded(path, str.encode, text, internal=True)
+        if events is not None:
+            writer = require("tensorboardX", "btf").SummaryWriter
+            self._events = writer(str(events), purge_step=step or None)
 
     def __enter__(self) -> Journal:
         return self
