@@ -81,7 +81,7 @@ _TARGETS = (
     "principled", "blender-closures", "blender-addon", "web", "usd",
 )  # fmt: skip
 _EXPORTED = dict.fromkeys(("npy", "h5"), "network.safetensors")
-_TEXTURE_TARGETS = "glsl", "three", "wgsl", "osl", "gltf"
+_TEXTURE_TARGETS = "glsl", "slang", "wgsl", "three", "onnx"
 _TABLES = (
     "binary", "npz", "mbsdf", "zemax.bsdf", "brdf", "xompt", "xml", "bin", "exr", "csv", "bsdf",
     "fred.txt",
