@@ -135,7 +135,7 @@ class Long:
 
 
 @contextmanager
-def _slow_server() -> Iterator[str]:
+def slow_server() -> Iterator[str]:
     """Sends the same measurement under every name, in pieces."""
     with serving(_content("bsdf", 0)) as server:
         server.pause = 0.02
@@ -298,7 +298,7 @@ LONG = {
         states=(".*.part.bsdf*", ".*.lock"),
         journals=("*.json",),
         several=True,
-        service=_slow_server,
+        service=slow_server,
     ),
     "reproduce": Long(
         _nacre(

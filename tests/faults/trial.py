@@ -28,7 +28,10 @@ MINE = b"a file of the user's\n"
 OLD = {
     ".safetensors": safetensors.numpy.save({}, {"nacre": "{}"}),
     ".npz": b"PK\5\6" + bytes(18),
-    ".html": b"old\n",
+    ".png": b"\x89PNG\r\n\x1a\n\0\0\0\0IEND\xaeB`\x82",
+    ".json": b'{"old": 1\n}\n',
+    ".csv": b"# old\n",
+    **dict.fromkeys((".html", ".svg", ".js", ".exr", ".glsl", ".h", ".xml", ".h5"), b"old\n"),
 }
 """What the same command wrote before, by ending; in other formats files cannot say who did."""
 PATIENCE = 600.0
@@ -91,7 +94,7 @@ class Trial:
         self.out.mkdir(parents=True)
         long.prepare(folder)
         self.reference: dict[str, bytes] = {}
-        self.old = b""
+        self.old: dict[str, bytes] = {}
         self.seconds, self.changes, self.peak = 0.0, 0, 0
         self._fresh()
 
@@ -102,25 +105,32 @@ class Trial:
         self.seconds, self.changes, self.peak = 0.0, 0, 0
         done = self.run()
         assert done.code == 0, done.shown
+        self.keep()
+        assert not self.problems(done, finished=True), self.problems(done, finished=True)
+
+    def keep(self) -> None:
+        """Take what was written as what has to be written."""
         self.reference = {
             name: self._path(name).read_bytes() for name in self._names() if self._is_output(name)
         }
         for pattern in self.long.outputs:
             assert fnmatch.filter(self.reference, pattern), f"{pattern}: nothing was written"
-        assert not self.problems(done, finished=True), self.problems(done, finished=True)
 
     def begin(self, previous: bool = False) -> None:
         """Empty `out`, put the inputs back, and perhaps what the command wrote before."""
         self._fresh()
         for name in self.long.inputs:
             self.long.write_input(self.folder, name)
-        self.old = b""
-        if previous and self.long.called:
-            (name,) = (n for n in self.reference if n not in self._journals())
+        self.old = {}
+        if not (previous and self.long.called):
+            return
+        for name in self.reference.keys() - self._journals():
             path = self._path(name)
-            with written_by(self.long.called), atomic_path(path) as temporary:
-                temporary.write_bytes(OLD[path.suffix])
-            self.old = path.read_bytes()
+            if path.suffix in OLD:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                with written_by(self.long.called), atomic_path(path) as temporary:
+                    temporary.write_bytes(OLD[path.suffix])
+                self.old[name] = path.read_bytes()
 
     def _fresh(self) -> None:
         self.out.mkdir(exist_ok=True)
@@ -253,6 +263,8 @@ class Trial:
                 found += self._of_file(name, tidy=not killed, finished=finished)
         if finished:
             found += [f"{n}: is missing" for n in self.reference if not self._path(n).exists()]
+        else:
+            found += [f"{n}: is lost" for n in self.old if not self._path(n).exists()]
         if (self.out / "mine.txt").read_bytes() != MINE:
             found.append("a file of the user's has changed")
         return found
@@ -278,7 +290,7 @@ class Trial:
         if name in self._journals():
             return _damage(name, content, whole=finished)
         if name in self.reference:
-            old = self.old and content == self.old and not finished
+            old = content == self.old.get(name) and not finished
             good = content == self.reference[name] or old
             return [] if good else [f"{name}: is not what an undisturbed run writes"]
         if any(fnmatch.fnmatch(name, pattern) for pattern in self.long.states) and not finished:

@@ -20,6 +20,7 @@ from nacre.io.files import (
     read_head,
     remove_file,
 )
+from nacre.io.outputs import overwrite
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
@@ -47,6 +48,23 @@ def test_a_write_replaces_the_file_whole(tmp_path):
         temporary.write_bytes(b"new")
     assert target.read_bytes() == b"new"
     assert list(tmp_path.iterdir()) == [target]
+
+
+def test_a_file_that_comes_while_another_is_written_stays(tmp_path):
+    target = tmp_path / "x.bin"
+
+    def write():
+        with atomic_path(target) as temporary:
+            temporary.write_bytes(b"ours")
+            target.write_bytes(b"the user's")
+
+    with pytest.raises(FormatError, match=r"exists, and \.bin files do not say who wrote them"):
+        write()
+    assert target.read_bytes() == b"the user's"
+    assert list(tmp_path.iterdir()) == [target]
+    with overwrite():
+        write()
+    assert target.read_bytes() == b"ours"
 
 
 def test_threads_write_with_the_permissions_of_any_file(tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import stat
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 
 from nacre.errors import FormatError
 from nacre.io.files import atomic_path, check_writable
-from nacre.io.outputs import overwrite, written_by
+from nacre.io.outputs import check_replaceable, overwrite, written_by
 
 
 def write(path: Path, text: str) -> None:
@@ -133,3 +134,15 @@ def test_a_pipe_stays(tmp_path: Path):
     with pytest.raises(FormatError, match=r"is not a regular file.*--force"):
         check_writable(path)
     assert stat.S_ISFIFO(path.lstat().st_mode)
+
+
+def test_a_file_that_cannot_be_read_is_said_to_be_so(tmp_path: Path, monkeypatch):
+    path = tmp_path / "a.txt"
+    path.write_text("old\n")
+
+    def fail(_: Path):
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr("nacre.io.outputs.read_mark", fail)
+    with pytest.raises(FormatError, match="exists and cannot be read: Input/output error; name"):
+        check_replaceable(path)

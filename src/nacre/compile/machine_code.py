@@ -48,8 +48,11 @@ def kept(path: Path, make: Callable[[], bytes]) -> bytes:
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         part = path.with_suffix(f".{os.getpid()}")  # only one thread at a time gets here
-        part.write_bytes(hashlib.sha256(code).digest() + code)
-        part.replace(path)
+        try:
+            part.write_bytes(hashlib.sha256(code).digest() + code)
+            part.replace(path)
+        finally:
+            part.unlink(missing_ok=True)
     return code
 
 

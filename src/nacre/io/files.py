@@ -200,6 +200,7 @@ def atomic_path(path: PathLike, *, internal: bool = False) -> Iterator[Path]:
     path = Path(path)
     if not internal:
         check_replaceable(path)
+    before = identity(path)
     temporary = _claim(path)
     try:
         with file_errors(path, "written"):
@@ -211,9 +212,11 @@ def atomic_path(path: PathLike, *, internal: bool = False) -> Iterator[Path]:
             with suppress(FileNotFoundError):
                 if not path.is_symlink():
                     temporary.chmod(stat.S_IMODE(path.stat().st_mode))
+            if not internal and identity(path) != before:  # it came while the block worked
+                check_replaceable(path)
             temporary.replace(path)
     finally:
-        temporary.unlink(missing_ok=True)
+        _remove_if_possible(temporary)
     if not internal:
         remember_output(path)
 
@@ -250,15 +253,16 @@ def append_line(path: PathLike, line: str) -> None:
     It begins on a line of its own even after one that a killed process has left unfinished. Raises
     OSError if it cannot be written; the file is then as it was.
     """
-    with Path(path).open("ab+") as file:
+    with Path(path).open("ab+", buffering=0) as file:  # a buffer would try again as it closes
         size = file.seek(0, os.SEEK_END)
         if size:
             file.seek(size - 1)
             if file.read(1) != b"\n":
                 line = "\n" + line
+        left = line.encode()
         try:
-            file.write(line.encode())
-            file.flush()
+            while left:
+                left = left[file.write(left) :]
             os.fsync(file.fileno())
         except OSError:
             with suppress(OSError):
@@ -283,8 +287,20 @@ def _claim(path: Path) -> Path:
     process = f"{os.getpid() & _PROCESSES:06x}"
     temporary = path.with_name(f".{owner}{process}{secrets.token_hex(2)}{path.suffix}")
     with file_errors(path, "written"):
-        temporary.touch(exist_ok=False)
+        try:
+            temporary.touch(exist_ok=False)
+        except FileExistsError:
+            raise
+        except OSError:  # it may be there all the same: closing it can fail
+            _remove_if_possible(temporary)
+            raise
     return temporary
+
+
+def _remove_if_possible(path: Path) -> None:
+    """Remove a file if it is there; an error that is under way matters more than one of this."""
+    with suppress(OSError):
+        path.unlink()
 
 
 def _owner(path: Path) -> str:

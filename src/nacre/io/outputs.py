@@ -108,9 +108,10 @@ def _problem(path: Path, status: os.stat_result) -> str:
     now = status.st_size, status.st_mtime_ns, _policy.run
     if _written.get(_absolute(path)) == now:
         return ""
-    mark = None
-    with suppress(OSError):
+    try:
         mark = read_mark(path)
+    except OSError as error:
+        return f"exists and cannot be read: {error.strerror or error}"
     if mark is None and can_be_marked(path):
         return "exists, and nothing in it says that nacre wrote it"
     if mark is None:

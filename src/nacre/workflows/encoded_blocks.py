@@ -22,6 +22,7 @@ from nacre.runtime.records import Records
 from nacre.runtime.store import SAVE_EVERY, readable
 from nacre.textures.codecs.codec import Coder, TexelCodec, on_all_cores
 
+_SUMS = np.dtype("<f8")
 _INDEX = struct.Struct("<Q")
 _LARGEST = 1e100  # number in a state, so that sums stay finite
 
@@ -117,6 +118,7 @@ class EncodedBlocks:
         self._slices = [slice(k, min(k + step, total)) for k in range(0, total, step)]
         self.codes = np.zeros((total, code_dim), dtype)
         """Of all texels, shape (total, code_dim); zeros where they are missing."""
+        self._stored = self.codes.dtype.newbyteorder("<")
         self._sums = np.zeros((len(self._slices), *ErrorSums().sums.shape))
         self._has = np.zeros(len(self._slices), bool)
         self.done = 0
@@ -168,8 +170,8 @@ class EncodedBlocks:
         self.done += len(found.codes)
 
     def _record(self, index: int) -> bytes:
-        codes = self.codes[self._slices[index]].tobytes()
-        record: bytes = _INDEX.pack(index) + self._sums[index].tobytes() + codes
+        codes = self.codes[self._slices[index]].astype(self._stored).tobytes()
+        record: bytes = _INDEX.pack(index) + self._sums[index].astype(_SUMS).tobytes() + codes
         return record.ljust(self._records.size, b"\0")
 
     def _restore(self, record: bytes) -> None:
@@ -180,9 +182,9 @@ class EncodedBlocks:
                 raise ValueError(f"block {index} of {len(self._slices)}")
             block, shape = self._slices[index], self._sums[index].shape
             start = _INDEX.size + self._sums[index].nbytes
-            sums = np.frombuffer(record[_INDEX.size : start], self._sums.dtype).reshape(shape)
+            sums = np.frombuffer(record[_INDEX.size : start], _SUMS).reshape(shape)
             count = (block.stop - block.start) * self.codes.shape[1]
-            codes = np.frombuffer(record, self.codes.dtype, count, start)
+            codes = np.frombuffer(record, self._stored, count, start)
             check_numbers({"codes": codes, "errors": sums}, _LARGEST)
             self._take(index, EncodedBlock(codes.reshape(-1, self.codes.shape[1]), sums))
 

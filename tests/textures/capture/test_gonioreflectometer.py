@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import pickle
 
 import numpy as np
@@ -189,6 +191,13 @@ def test_values_of_large_textures_lie_in_a_file(monkeypatch: pytest.MonkeyPatch)
     mapped = capture(surface, wi, wo, 6, samples=2).values
     assert isinstance(mapped, np.memmap)
     assert np.array_equal(mapped, whole)
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "posix_fallocate", full, raising=False)
+    with pytest.raises(NacreError, match=r"no room for .*No space left on device; set TMPDIR"):
+        _ = capture(surface, wi, wo, 6, samples=2).values
 
 
 def test_texels_measured_when_asked_for_are_those_of_the_whole() -> None:

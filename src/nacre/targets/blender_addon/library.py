@@ -66,5 +66,8 @@ def _add_catalogs(path: Path, models: set[str]) -> None:
         return
     end = "" if text.endswith("\n") else "\n"
     part = path.with_name(f".{path.name}.{os.getpid()}")
-    part.write_text(text + end + "".join(f"{line}\n" for line in missing), "utf-8")
-    part.replace(path)
+    try:
+        part.write_text(text + end + "".join(f"{line}\n" for line in missing), "utf-8")
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)

@@ -12,6 +12,7 @@ show as bright dots.
 from __future__ import annotations
 
 import math
+import os
 import shutil
 import tempfile
 from functools import cached_property
@@ -217,6 +218,12 @@ def _empty(shape: tuple[int, ...]) -> npt.NDArray[np.float16]:
             "fewer texels or directions, or set TMPDIR to another folder"
         )
     with tempfile.TemporaryFile() as file:
+        if hasattr(os, "posix_fallocate"):  # a disk that fills up later would end the process
+            try:
+                os.posix_fallocate(file.fileno(), 0, size)
+            except OSError as error:
+                problem = f"no room for {size / 1e9:,.0f} GB of values: {error.strerror}"
+                raise NacreError(f"{folder}: {problem}; set TMPDIR to another folder") from error
         return np.memmap(file, np.float16, "w+", shape=shape)
 
 

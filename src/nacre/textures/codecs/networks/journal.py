@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import csv
+import io
 import re
-from contextlib import suppress
+from collections.abc import Iterable
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
-from nacre.errors import FormatError, NacreError, require
+from nacre.errors import NacreError, require
+from nacre.io.files import append_line, file_errors, write_encoded
 
 COLUMNS = "step", "seconds", "learning_rate", "loss", "validation"
 _STEP = re.compile(r"[0-9]{1,18}")
-_LINE = 80  # characters that the first line may have, and more
+_LONGEST = 80  # characters that the first line may have, and more
 
 
 class Journal:
@@ -27,24 +29,19 @@ class Journal:
     def __init__(self, path: Path | None, step: int = 0, events: Path | None = None) -> None:
         self._events: Any = None
         self._path = path
-        self._file: IO[str] | None = None
         rows = [] if path is None else _rows(path, step)
         self.last = int(rows[-1][0]) if rows else 0
+        if path is not None:
+            text = "".join(_line(row) for row in [COLUMNS, *rows])
+            write_encoded(path, str.encode, text, internal=True)
         if events is not None:
             writer = require("tensorboardX", "btf").SummaryWriter
             self._events = writer(str(events), purge_step=step or None)
-        if path is not None:
-            self._file = path.open("w", newline="", encoding="utf-8")
-            self._table = csv.writer(self._file)
-            self._table.writerows([COLUMNS, *rows])
 
     def __enter__(self) -> Journal:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._file:
-            with suppress(OSError):  # rows are in the file, or their error is under way
-                self._file.close()
         if self._events:
             self._events.close()
 
@@ -53,13 +50,11 @@ class Journal:
     ) -> None:
         """Write one row; without a validation loss its field is empty."""
         self.last = step
-        if self._file:
+        if self._path is not None:
             last = "" if validation is None else f"{validation:.6g}"
-            try:
-                self._table.writerow([step, f"{seconds:.2f}", f"{rate:.6g}", f"{loss:.6g}", last])
-                self._file.flush()
-            except OSError as error:
-                raise FormatError(f"{self._path}: cannot be written: {error.strerror}") from error
+            row = str(step), f"{seconds:.2f}", f"{rate:.6g}", f"{loss:.6g}", last
+            with file_errors(self._path, "written"):
+                append_line(self._path, _line(row))
         if self._events:
             scalars = {"learning rate": rate, "loss/training": loss}
             if validation is not None:
@@ -68,12 +63,18 @@ class Journal:
                 self._events.add_scalar(name, value, step)
 
 
+def _line(row: Iterable[str]) -> str:
+    line = io.StringIO(newline="")
+    csv.writer(line).writerow(row)
+    return line.getvalue()
+
+
 def _rows(path: Path, step: int) -> list[list[str]]:
     """Rows of an earlier training up to a step; none where it begins anew."""
     if not path.exists():
         return []
     with path.open(newline="", encoding="utf-8", errors="replace") as file:
-        if file.readline(_LINE).rstrip("\r\n") not in ("", ",".join(COLUMNS)):
+        if file.readline(_LONGEST).rstrip("\r\n") not in ("", ",".join(COLUMNS)):
             raise NacreError(f"{path}: is not a training's table; move it, or name another output")
         try:
             rows = [row for row in csv.reader(file) if len(row) == len(COLUMNS)] if step else []
