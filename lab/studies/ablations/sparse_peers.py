@@ -15,6 +15,7 @@ Where samples are taken:
 - `random`: uniform in the Rusinkiewicz angles, others for each material;
 - `plan`: `nacre measure plan`, for pictures of spheres under lamps of many sizes;
 - `f_r`: the same for f_r at single pairs of directions in place of pictures;
+- `sharp`: the same for lamps down to small bulbs;
 - `studio`: the same for pictures in the included studio and in directional light, as judged;
 - `regression`: for the same pictures, by a regression over materials drawn from the prior;
 - `encoder`: for the same pictures, by what the set encoder makes of training materials.
@@ -27,9 +28,10 @@ training, below the folder of results.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,9 +44,10 @@ from nacre.formats import load_brdf
 from nacre.io.files import digest
 from nacre.latent import NeuralBasis
 from nacre.measuring import Design, Exposures, Instrument
+from nacre.measuring.design import VIEWS
 from nacre.mitsuba.sphere import render_sphere, standard_lights
 from nacre.numerics.direction_samples import DirectionSamples
-from nacre.sampling.lit_views import LitViews
+from nacre.sampling.lit_views import LitViews, lit_views
 from nacre_lab.benchmark.splits import find_split
 from nacre_lab.reproduce.cache import Cache, cache_key, module_digest
 from nacre_lab.reproduce.codes import CodeSettings, bases
@@ -54,12 +57,13 @@ from nacre_lab.sparse.set_encoder_training import RECIPE, set_encoder
 
 SPLIT = "merl-networks-0"
 COUNTS = 8, 16, 40, 160
-CHOICES = "random", "plan", "studio", "f_r", "regression", "encoder"
-FARTHEST = {"f_r": 16, "regression": 16, "encoder": 16, "studio": 40}
+CHOICES = "random", "plan", "sharp", "studio", "f_r", "regression", "encoder"
+FARTHEST = {"f_r": 16, "regression": 16, "encoder": 16, "sharp": 40, "studio": 40}
 """The most samples of choices that take long."""
-MAKERS = "nacre", "set encoder"
 LIGHTS = "studio", "museum", "directional"
 SIZE, DIRECTIONS = 32, 64
+SHARPNESS = 3.0, 2000.0
+"""Of lamps, from a third of the sky to small bulbs; a plan has them up to 60."""
 SHOWN_TO = 16
 """Training materials that pairs for the set encoder are chosen on."""
 
@@ -99,7 +103,7 @@ class Choices:
     def __init__(
         self,
         basis: NeuralBasis,
-        encoder: SetEncoder,
+        encoder: SetEncoder | None,
         training: Sequence[Path],
         most: int,
         cache: Cache,
@@ -107,8 +111,13 @@ class Choices:
     ) -> None:
         self._basis, self._encoder, self._training = basis, encoder, training
         self._most, self._cache, self._seed = most, cache, seed
-        self._encoder_facts, self._code = encoder_facts(encoder), module_digest(*_CODE)
+        self._code = module_digest(*_CODE)
         self.exposures = Instrument().exposures()
+
+    @property
+    def names(self) -> list[str]:
+        """Of what there is."""
+        return [name for name in CHOICES if name != "encoder" or self._encoder]
 
     def most(self, name: str) -> int:
         """The most pairs of a choice."""
@@ -116,7 +125,7 @@ class Choices:
 
     def key(self, name: str) -> str:
         """What the choice follows from."""
-        known = self._encoder_facts if name == "encoder" else self._basis.fingerprint()
+        known = facts(self._encoder) if name == "encoder" else self._basis.fingerprint()
         return cache_key("choice", [name, known, self.most(name), self._seed, self._code])
 
     def pairs(self, name: str, material: int) -> Directions:
@@ -138,23 +147,37 @@ class Choices:
             small = sphere_views(size=7, directions=12)
             given = self._encoder, shown, exposures, small, count, self._seed
             return np.array(through_encoder(*given))
-        lit = {"plan": None, "studio": sphere_views(), "f_r": single_pairs(2048, 1)}[name]
+        views: dict[str, Callable[[], LitViews | None]] = {
+            "plan": lambda: None,
+            "sharp": lambda: lit_views(1, VIEWS, sharpness=SHARPNESS),
+            "studio": sphere_views,
+            "f_r": lambda: single_pairs(2048, 1),
+        }
+        lit = views[name]()
         return np.array(planned(self._basis, exposures, lit, count))
 
 
 _CODE = "sparse/choices.py", "measuring/design.py", "measuring/instrument.py"
 
 
-def encoder_facts(encoder: SetEncoder) -> float:
+class Known(NamedTuple):
+    """What makes a material of samples, and what it follows from."""
+
+    make: Callable[[DirectionSamples], Brdf]
+    facts: object
+
+
+def known_by(basis: NeuralBasis, encoder: SetEncoder | None) -> dict[str, Known]:
+    """What there is to make materials of samples, by name."""
+    found = {"nacre": Known(lambda s: basis.decode(basis.encode(s)), basis.fingerprint())}
+    if encoder is not None:
+        found["set encoder"] = Known(lambda s: encoder.decode(encoder.encode(s)), facts(encoder))
+    return found
+
+
+def facts(encoder: SetEncoder) -> float:
     """A number that differs between trained encoders."""
     return float(sum(np.square(layer[0]).sum(dtype=float) for layer in encoder.encoder))
-
-
-def made(maker: str, basis: NeuralBasis, encoder: SetEncoder, samples: DirectionSamples) -> Brdf:
-    """The material that samples make."""
-    if maker == "nacre":
-        return basis.decode(basis.encode(samples))
-    return encoder.decode(encoder.encode(samples))
 
 
 def tables(paths: Sequence[Path]) -> list[Path]:
@@ -176,7 +199,7 @@ def tables(paths: Sequence[Path]) -> list[Path]:
 def judged(
     path: Path,
     index: int,
-    makers: tuple[NeuralBasis, SetEncoder],
+    makers: Mapping[str, Known],
     choices: Choices,
     counts: Sequence[int],
     pictures: Pictures,
@@ -184,26 +207,24 @@ def judged(
 ) -> dict[tuple[int, str, str], list[float]]:
     """PSNR under each light, by the number of samples, the choice, and what makes the material."""
     truth, hashed = load_brdf(path), digest(path)
-    basis, encoder = makers
-    known_by = {"nacre": basis.fingerprint(), "set encoder": encoder_facts(encoder)}
     seen: list[np.ndarray] = []
     found = {}
     for count in counts:
-        for name in CHOICES:
+        for name in choices.names:
             if count > choices.most(name):
                 continue
             wi, wo = (w[:count] for w in choices.pairs(name, index))
             known = truth.valid(wi, wo)
             samples = DirectionSamples(wi[known], wo[known], truth.eval(wi, wo)[known])
-            for maker in MAKERS:
-                facts = [hashed, count, known_by[maker], choices.key(name), SIZE, DIRECTIONS]
-                facts += [index] if name == "random" else []
+            for maker, (make, origin) in makers.items():
+                about = [hashed, count, origin, choices.key(name), SIZE, DIRECTIONS]
+                about += [index] if name == "random" else []
 
-                def errors(maker: str = maker, samples: DirectionSamples = samples) -> dict:
+                def errors(make=make, samples=samples) -> dict:
                     seen.extend([] if seen else pictures.of(truth))
-                    return {"psnr": pictures.psnr(seen, made(maker, *makers, samples))}
+                    return {"psnr": pictures.psnr(seen, make(samples))}
 
-                values = cache.arrays(cache_key("sparse", facts), ["psnr"], errors)["psnr"]
+                values = cache.arrays(cache_key("sparse", about), ["psnr"], errors)["psnr"]
                 found[count, name, maker] = [float(value) for value in values]
     return found
 
@@ -214,6 +235,7 @@ def main() -> None:
     study.add_argument("--measured", type=Path, help="folder of tables to judge in place of others")
     study.add_argument("--counts", type=int, nargs="*", default=COUNTS, help="samples")
     study.add_argument("--steps", type=int, default=RECIPE.steps, help="of the set encoder")
+    study.add_argument("--without-encoder", action="store_true", help="no set encoder")
     options = study.options()
     split = find_split(SPLIT)
     training = [split.path(name) for name in split.training]
@@ -235,14 +257,16 @@ def main() -> None:
         training = training[:8]
     basis = bases(training, ["neural"], settings, study.cache, progress)["neural"]
     assert isinstance(basis, NeuralBasis)
-    encoder = set_encoder(training, recipe, study.cache, progress)
+    encoder = None
+    if not options.without_encoder:
+        encoder = set_encoder(training, recipe, study.cache, progress)
     counts = study.few(options.counts, 1)
     choices = Choices(basis, encoder, training, max(counts), study.cache, options.seed)
-    pictures = Pictures()
+    makers, pictures = known_by(basis, encoder), Pictures()
     for group, paths in groups.items():
         results = []
         for index, path in enumerate(study.few(paths)):
-            given = (basis, encoder), choices, counts, pictures, study.cache
+            given = makers, choices, counts, pictures, study.cache
             results.append(judged(path, index, *given))
             log(group, index + 1, "of", len(paths), path.stem)
         rows = []

@@ -93,7 +93,7 @@ def test_the_median_is_that_of_the_materials():
 def test_training_learns_and_goes_on_where_it_stopped(tmp_path, monkeypatch):
     monkeypatch.setattr(training, "RESOLUTION", Resolution(9, 9, 9))
     materials = [lambert(x, 0.2, 0.1) for x in (0.1, 0.9)]
-    recipe = replace(training.RECIPE, steps=60, directions=512, batch=32)
+    recipe = replace(training.RECIPE, steps=60, directions=512, batch=32, learning_rate=1e-3)
     seen = []
 
     def report(stage, done, total, text):

@@ -54,10 +54,11 @@ def test_tables_of_a_folder_are_judged(run, tmp_path, capsys, monkeypatch):
     rows = run(*words)
     assert "skipped: " in capsys.readouterr().err
     taken = {(row.split(",")[1], row.split(",")[2]) for row in rows[1:]}
-    assert taken == {(name, maker) for name in study.CHOICES for maker in study.MAKERS}
-    for name in ("planned", "by_regression", "through_encoder", "made"):
+    assert taken == {(name, maker) for name in study.CHOICES for maker in ("nacre", "set encoder")}
+    for name in ("planned", "by_regression", "through_encoder", "render_sphere"):
         monkeypatch.setattr(study, name, None)  # all is kept
     assert run(*words) == rows
+    assert run(*words, "--without-encoder")[1:] == [row for row in rows[1:] if "encoder" not in row]
 
 
 def test_a_folder_without_tables_is_refused(run, tmp_path):

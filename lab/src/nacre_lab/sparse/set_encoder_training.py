@@ -45,7 +45,7 @@ from nacre_lab.sparse.set_encoder import (
 RECIPE = BasisRecipe(
     *(CODE, SIZES[1:-1], 8_000, 1 << 15),
     batch=256,
-    learning_rate=1e-3,
+    learning_rate=5e-4,
     predictors=False,
 )
 """The recommended settings: `batch` is the number of directions at which a step compares each of
