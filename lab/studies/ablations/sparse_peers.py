@@ -177,7 +177,7 @@ def known_by(basis: NeuralBasis, encoder: SetEncoder | None) -> dict[str, Known]
 
 def facts(encoder: SetEncoder) -> float:
     """A number that differs between trained encoders."""
-    return float(sum(np.square(layer[0]).sum(dtype=float) for layer in encoder.encoder))
+    return float(sum(np.square(weights).sum(dtype=float) for weights, _ in encoder.encoder))
 
 
 def tables(paths: Sequence[Path]) -> list[Path]:
