@@ -10,7 +10,8 @@ import pytest
 from nacre.analytic import Ggx
 from nacre.errors import NacreError
 from nacre.latent.directions import shared_directions
-from nacre.measured.merl import MerlBrdf, Resolution
+from nacre.measured.merl import Resolution
+from nacre.measured.merl_table import MerlBrdf
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre_lab.sparse import set_encoder_training as training
 from nacre_lab.sparse.set_encoder import SetEncoder, absolute, generated, relative, shapes

@@ -9,7 +9,8 @@ import pytest
 
 from lab.studies.ablations import sparse_peers as study
 from nacre import analytic, save
-from nacre.measured.merl import MerlBrdf, Resolution
+from nacre.measured.merl import Resolution
+from nacre.measured.merl_table import MerlBrdf
 from nacre.mitsuba.studio import studio
 from nacre_lab.sparse import choices
 from nacre_lab.sparse.set_encoder import SetEncoder, shapes

@@ -9,6 +9,7 @@ choose greedily from given pairs where the paper follows gradients.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +28,7 @@ from nacre.mitsuba.lights import DirectionalLight, EnvironmentLight
 from nacre.mitsuba.sphere import frames, sphere_normals
 from nacre.mitsuba.studio import studio
 from nacre.neural.inputs import ENHANCED, PAPER
-from nacre.numerics.mlp import forward
+from nacre.numerics.mlp import AnyLayer, forward
 from nacre.runtime.device import one_thread
 from nacre.sampling.lit_views import LitViews
 from nacre_lab.sparse.set_encoder import SHIFT, SetEncoder, embedded, generated, relative
@@ -170,7 +171,7 @@ def through_encoder(
     median = torch.from_numpy(encoder.reference.eval(*pixels) + np.float32(SHIFT))
     weights = torch.from_numpy(lit.weights)
 
-    def pictures(f_r: Floats) -> Floats:
+    def pictures(f_r: Any) -> Any:
         radiance = weights @ f_r.clamp(min=0.0).reshape(-1, *lit.wi.shape)
         return radiance.clamp(1e-6, 1.0) ** (1.0 / GAMMA)
 
@@ -193,5 +194,5 @@ def through_encoder(
     return chosen
 
 
-def _tensors(layers: Sequence[object]) -> list[tuple[object, object]]:
-    return [tuple(torch.from_numpy(part) for part in layer) for layer in layers]  # type: ignore
+def _tensors(layers: Sequence[AnyLayer]) -> list[tuple[Any, Any]]:
+    return [(torch.from_numpy(weights), torch.from_numpy(biases)) for weights, biases in layers]

@@ -20,9 +20,8 @@ import numpy.typing as npt
 
 from nacre.array import Components, Floats, Weights
 from nacre.brdf import Brdf
-from nacre.geometry import join
 from nacre.latent.directions import isotropic_inputs
-from nacre.measured.merl import MerlBrdf
+from nacre.measured.merl_table import MerlBrdf
 from nacre.neural.inputs import PAPER
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.numerics.mlp import RELU, AnyLayer, activate, forward, shaped_layers
@@ -103,7 +102,7 @@ class SetEncodedBrdf(Brdf):
         return int(self.code.nbytes)
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
-        light, view = join(np.broadcast_arrays(*wi)), join(np.broadcast_arrays(*wo))
+        light, view = (np.stack(np.broadcast_arrays(*w), axis=-1) for w in (wi, wo))
         values = forward(isotropic_inputs(light, view, PAPER), self._layers)
         f_r = absolute(values, self._reference.eval(light, view))
         return f_r[:, 0], f_r[:, 1], f_r[:, 2]

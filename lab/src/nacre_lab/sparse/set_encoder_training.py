@@ -26,7 +26,8 @@ from nacre.io.files import digest
 from nacre.latent.descent import descend, finished, free, torch
 from nacre.latent.directions import isotropic_inputs, sampled, shared_directions
 from nacre.latent.recipes import BasisRecipe
-from nacre.measured.merl import MerlBrdf, Resolution, tabulate
+from nacre.measured.merl import Resolution, tabulate
+from nacre.measured.merl_table import MerlBrdf
 from nacre.neural.inputs import PAPER
 from nacre.numerics.channels import PERMUTATIONS
 from nacre.numerics.mlp import flat_weights, forward
