@@ -31,7 +31,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -139,8 +139,8 @@ class Choices:
         count, exposures = self.most(name), self.exposures
         log("choosing", name)
         if name == "regression":
-            views = sphere_views()
-            return np.array(by_regression(self._basis, exposures, views, count, self._seed))
+            lit = sphere_views()
+            return np.array(by_regression(self._basis, exposures, lit, count, self._seed))
         if name == "encoder":
             step = max(1, len(self._training) // SHOWN_TO)
             shown = [load_brdf(path) for path in self._training[::step]]
@@ -153,8 +153,7 @@ class Choices:
             "studio": sphere_views,
             "f_r": lambda: single_pairs(2048, 1),
         }
-        lit = views[name]()
-        return np.array(planned(self._basis, exposures, lit, count))
+        return np.array(planned(self._basis, exposures, views[name](), count))
 
 
 _CODE = "sparse/choices.py", "measuring/design.py", "measuring/instrument.py"
@@ -220,7 +219,7 @@ def judged(
                 about = [hashed, count, origin, choices.key(name), SIZE, DIRECTIONS]
                 about += [index] if name == "random" else []
 
-                def errors(make=make, samples=samples) -> dict:
+                def errors(make: Any = make, samples: Any = samples) -> dict[str, list[float]]:
                     seen.extend([] if seen else pictures.of(truth))
                     return {"psnr": pictures.psnr(seen, make(samples))}
 

@@ -21,10 +21,9 @@ from nacre.array import Weights
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.formats import load_brdf
-from nacre.geometry import join
 from nacre.io.files import digest
 from nacre.latent.descent import descend, finished, free, torch
-from nacre.latent.directions import isotropic_inputs, sampled, shared_directions
+from nacre.latent.directions import isotropic_inputs, isotropic_values, shared_directions
 from nacre.latent.recipes import BasisRecipe
 from nacre.measured.merl import Resolution, tabulate
 from nacre.measured.merl_table import MerlBrdf
@@ -73,7 +72,8 @@ class MedianBrdf(Brdf):
         self._materials = materials
 
     def eval_components(self, wi: Any, wo: Any) -> Any:
-        light, view = (join(np.broadcast_arrays(*w)).astype(np.float32) for w in (wi, wo))
+        light, view = (np.stack(np.broadcast_arrays(*w), axis=-1) for w in (wi, wo))
+        light, view = light.astype(np.float32), view.astype(np.float32)
         found = np.median([brdf.eval(light, view) for brdf in self._materials], axis=0)
         return tuple(np.moveaxis(found, -1, 0))
 
@@ -96,11 +96,11 @@ def train(
     if len(materials) < 2:
         raise NacreError("a set encoder needs two materials or more")
     wi, wo = shared_directions(recipe.directions, recipe.seed)
-    values, _ = sampled([lambda brdf=brdf: brdf for brdf in materials], wi, wo, report)
+    values = np.stack([isotropic_values(brdf, wi, wo) for brdf in materials])
     reference = tabulate(MedianBrdf(materials), RESOLUTION)
-    training = _Training(wi, wo, np.stack(values), reference, recipe)
+    training = _Training(wi, wo, values, reference, recipe)
     groups = {1.0: training.parameters}
-    same = f"{np.stack(values).sum(dtype=float)!r}"
+    same = f"{values.sum(dtype=float)!r}"
     descend(groups, training.loss, recipe, same, checkpoint, report)
     return training.weights(), reference
 
