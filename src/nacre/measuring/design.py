@@ -47,6 +47,8 @@ class Design:
         To choose from.
     known
         Directions (n, 3) to the light and to the viewer that are already measured.
+    lit
+        The pictures that are to be known best; those of a sphere under lamps of many sizes if None.
     """
 
     def __init__(
@@ -55,6 +57,7 @@ class Design:
         codes: npt.ArrayLike,
         exposures: Exposures,
         known: tuple[Floats, Floats] | None = None,
+        lit: LitViews | None = None,
     ) -> None:
         self.exposures = exposures
         count = exposures.wi.reshape(-1, 3).shape[0]
@@ -68,7 +71,7 @@ class Design:
         with one_blas_thread():
             values = np.asarray(codes, np.float64)
             self._slopes = _slopes(basis, values, wi, wo) / np.float32(NOISE)
-            self._views = _view_roots(basis, values, lit_views(1, VIEWS))
+            self._views = _view_roots(basis, values, lit or lit_views(1, VIEWS))
         self._inputs = isotropic_inputs(wi, wo, ENHANCED).astype(np.float64)
 
     @property

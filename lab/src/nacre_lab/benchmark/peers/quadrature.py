@@ -121,5 +121,5 @@ def fit_quadrature(
     drawn = draw(brdf, count, recipe.seed, None, *options)
     about = {name: getattr(brdf, name) for name in ("source", "channels", "notes")}
     material = FitData(brdf.name, about, True, None, recipe, *drawn.split(recipe.held_out))
-    terms = [ChromaticityTerm(chromaticity), PassivityTerm(passivity, ceiling, recipe.seed)]
-    return fit_with(material, terms)
+    color, energy = ChromaticityTerm(chromaticity), PassivityTerm(passivity, ceiling, recipe.seed)
+    return fit_with(material, [color, energy])

@@ -1,0 +1,1 @@
+"""Peers for materials from few measurements: what others described, implemented here."""
