@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import os
 import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -190,7 +191,12 @@ def _shared_bytes(sizes: Sequence[int], parts: int, threads: int) -> int:
 def stack_trainer(
     layers: Sequence[Layer], batch: int, device: str, materials: int, activation: str, offset: float
 ) -> TorchTrainer:
-    """The fastest trainer of a stack on a device, of arguments as of :class:`TorchTrainer`."""
-    fused = open_device(device).type == "cuda" and torch.version.cuda
+    """The trainer of a stack on a device, of arguments as of :class:`TorchTrainer`.
+
+    On CUDA cards it is :class:`StepsTrainer` where the environment has ``NACRE_CUDA_EPOCHS=1``: its
+    kernel has never run on a card, and one that hangs cannot be given up.
+    """
+    asked = os.environ.get("NACRE_CUDA_EPOCHS") == "1"
+    fused = asked and open_device(device).type == "cuda" and torch.version.cuda
     kind = StepsTrainer if fused else TorchTrainer
     return kind(layers, batch, device, materials, activation, offset)
