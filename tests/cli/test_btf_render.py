@@ -91,8 +91,9 @@ def test_an_animation_of_a_moving_light(capsys: pytest.CaptureFixture[str], clot
     shown = capsys.readouterr().out
     assert re.search(r"a.png: 3 frames of \d+ x \d+ pixels, 1 samples per pixel, MSE x", shown)
     figures = [float(line.split()[-1]) for line in shown.splitlines()[-4:]]
-    assert figures[:2] == [0.0, 0.0]
-    assert figures[2] == figures[3] > 0.0
+    # Threads add samples to the pixels around them in any order, so last bits differ.
+    assert figures[:2] == pytest.approx([0.0, 0.0], abs=1e-5)
+    assert figures[2] == pytest.approx(figures[3], rel=1e-3) and figures[3] > 1e-3
     for name in ("grey.gif", "a.png"):
         with Image.open(name) as animation:
             assert animation.n_frames == 3
