@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -171,8 +172,11 @@ def write_plot(figure: Any, path: PathLike) -> None:
     ending = path.suffix.lower()[1:]
     date = {"png": "Software", "svg": "Date", "pdf": "CreationDate"}[ending]
     settings = {"svg.hashsalt": "nacre", "pdf.fonttype": 42}
-    with require("matplotlib", "plot").rc_context(settings), atomic_path(path) as temporary:
-        figure.savefig(temporary, format=ending, dpi=DPI, metadata={date: None})
+    stream = io.BytesIO()  # Matplotlib's own files hide why they cannot be written
+    with require("matplotlib", "plot").rc_context(settings):
+        figure.savefig(stream, format=ending, dpi=DPI, metadata={date: None})
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(stream.getvalue())
 
 
 def _values(item: Lobe, channel: str, cosine: bool) -> Floats:
