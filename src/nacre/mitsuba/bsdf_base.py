@@ -95,34 +95,37 @@ def base_class(variant: str) -> Any:
             drawn = adapter.glossy_sample(mi, self.from_local(si, other), density, active)
             return drawn, value * inverse
 
+        def above(self, si: Any, wo: Any, active: Any) -> tuple[Components, Components, Any]:
+            """`si.wi` and `wo` in the material's frame, and where both are above the horizon."""
+            given, other = self.to_local(si, si.wi), self.to_local(si, wo)
+            return given, other, active & (given[2] > 0) & (other[2] > 0)
+
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> tuple[Any, Any]:
             if not ctx.is_enabled(mi.BSDFFlags.GlossyReflection, 0):
                 return mi.Spectrum(0.0), mi.Float(0.0)
-            given, other = self.to_local(si, si.wi), self.to_local(si, wo)
-            active = active & (given[2] > 0) & (other[2] > 0)
+            given, other, active = self.above(si, wo, active)
             with np.errstate(all="ignore"):
                 state, sampler = self.at(si, given)
                 density = sampler.pdf_components(other, given)
                 value = self.value(ctx, si, state, given, other, active)
             return value, adapter.masked(mi, density, active)
 
+        # Tracing f_r or the density only to drop it would take time.
         def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            # Tracing the density only to drop it would take time, as would f_r below.
             if not ctx.is_enabled(mi.BSDFFlags.GlossyReflection, 0):
                 return mi.Spectrum(0.0)
-            given, other = self.to_local(si, si.wi), self.to_local(si, wo)
-            active = active & (given[2] > 0) & (other[2] > 0)
+            given, other, active = self.above(si, wo, active)
             with np.errstate(all="ignore"):
-                state = self.at(si, given)[0]
+                state, _ = self.at(si, given)
                 return self.value(ctx, si, state, given, other, active)
 
         def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             if not ctx.is_enabled(mi.BSDFFlags.GlossyReflection, 0):
                 return mi.Float(0.0)
-            given, other = self.to_local(si, si.wi), self.to_local(si, wo)
-            active = active & (given[2] > 0) & (other[2] > 0)
+            given, other, active = self.above(si, wo, active)
             with np.errstate(all="ignore"):
-                density = self.at(si, given)[1].pdf_components(other, given)
+                _, sampler = self.at(si, given)
+                density = sampler.pdf_components(other, given)
             return adapter.masked(mi, density, active)
 
         def to_string(self) -> str:
