@@ -19,6 +19,7 @@ LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 GAMMA = 2.2  # exponent of displays (NBRDF paper, section 3.2)
 
+_LINE = 24.0 / 116.0  # cube root where CIELAB goes on in a straight line
 _GLARE = 0.15  # slope over the logarithm above 1, where displays end
 
 FIRST, STEP = 360.0, 10.0  # wavelength of the first node and distance of two nodes, nm
@@ -96,6 +97,25 @@ def srgb_to_linear(encoded: Floats) -> Floats:
     """Undo the sRGB curve (IEC 61966-2-1) of values in [0, 1], of any shape."""
     high = ((encoded + 0.055) / 1.055) ** 2.4
     return np.asarray(np.where(encoded <= 0.04045, encoded / 12.92, high))
+
+
+def xyz_to_lab(xyz: npt.ArrayLike, white: npt.ArrayLike) -> Doubles:
+    """CIELAB (ISO/CIE 11664-4) of tristimulus values relative to a white's, shapes (..., 3).
+
+    Values below 0, which saturated RGB may give, continue the straight line near black.
+    """
+    ratio = np.asarray(xyz, np.float64) / np.asarray(white, np.float64)
+    line = (841.0 / 108.0) * ratio + 16.0 / 116.0
+    x, y, z = np.moveaxis(np.where(ratio > _LINE**3, np.cbrt(ratio), line), -1, 0)
+    return np.stack([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)], axis=-1)
+
+
+def lab_to_xyz(lab: npt.ArrayLike) -> Doubles:
+    """Tristimulus values relative to the white's, the inverse of :func:`xyz_to_lab`."""
+    lightness, a, b = np.moveaxis(np.asarray(lab, np.float64), -1, 0)
+    y = (lightness + 16.0) / 116.0
+    root = np.stack([y + a / 500.0, y, y - b / 200.0], axis=-1)
+    return np.where(root > _LINE, root**3, (root - 16.0 / 116.0) * (108.0 / 841.0))
 
 
 def primaries(wavelength: Array) -> Components:

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from nacre.color import REC_709, rgb_to_xyz_matrix, tone_map, xyz_to_rgb
+from nacre.color import REC_709, lab_to_xyz, rgb_to_xyz_matrix, tone_map, xyz_to_rgb
 from nacre.figures.page import FAINT, INK, RULE, Page
 from nacre.figures.plot import COLORS
 from nacre.instruments import Color, Multiangle
-from nacre.instruments.colors import lab_to_xyz
 
 _WIDTH, _MARGIN = 8.0, 0.25  # inches
 _CHIP, _GAP, _CHART = 0.5, 0.3, 2.0

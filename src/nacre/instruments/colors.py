@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Doubles
+from nacre.color import xyz_to_lab as xyz_to_lab
 from nacre.instruments.illuminants import Illuminant, Observer
 
-_DARK = 24.0 / 116.0  # cube root where CIELAB goes on in a straight line
 _SEVENTH = 25.0**7
 
 
@@ -58,25 +58,6 @@ class Color:
     def difference(self, other: Color) -> float:
         """CIEDE2000 difference to another color."""
         return float(ciede2000(self.lab, other.lab))
-
-
-def xyz_to_lab(xyz: npt.ArrayLike, white: npt.ArrayLike) -> Doubles:
-    """CIELAB (ISO/CIE 11664-4) of tristimulus values relative to a white's, shapes (..., 3).
-
-    Values below 0, which saturated RGB may give, continue the straight line near black.
-    """
-    ratio = np.asarray(xyz, np.float64) / np.asarray(white, np.float64)
-    line = (841.0 / 108.0) * ratio + 16.0 / 116.0
-    x, y, z = np.moveaxis(np.where(ratio > _DARK**3, np.cbrt(ratio), line), -1, 0)
-    return np.stack([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)], axis=-1)
-
-
-def lab_to_xyz(lab: npt.ArrayLike) -> Doubles:
-    """Tristimulus values relative to the white's, the inverse of :func:`xyz_to_lab`."""
-    lightness, a, b = np.moveaxis(np.asarray(lab, np.float64), -1, 0)
-    y = (lightness + 16.0) / 116.0
-    root = np.stack([y + a / 500.0, y, y - b / 200.0], axis=-1)
-    return np.where(root > _DARK, root**3, (root - 16.0 / 116.0) * (108.0 / 841.0))
 
 
 def ciede2000(first: npt.ArrayLike, second: npt.ArrayLike) -> Doubles:

@@ -10,8 +10,9 @@ import numpy.typing as npt
 
 from nacre.array import Doubles
 from nacre.brdf import COLOR, Brdf
+from nacre.color import xyz_to_lab
 from nacre.geometry import join, uniform_rusinkiewicz
-from nacre.instruments.colors import ciede2000, xyz_to_lab
+from nacre.instruments.colors import ciede2000
 from nacre.instruments.illuminants import ILLUMINANTS, Illuminant, rgb_weights, spectral_weights
 
 PAIRS = 10_000

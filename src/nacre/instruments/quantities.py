@@ -16,9 +16,9 @@ import numpy.typing as npt
 
 from nacre.array import Doubles
 from nacre.brdf import Brdf
-from nacre.color import rgb_to_xyz
+from nacre.color import lab_to_xyz, rgb_to_xyz, xyz_to_lab
 from nacre.instruments.apertures import frame, turned
-from nacre.instruments.colors import Color, lab_to_xyz, xyz_to_lab
+from nacre.instruments.colors import Color
 from nacre.instruments.forty_five import annular_pairs, directional_pairs
 from nacre.instruments.glossmeter import ANGLES, flux_pairs, receptor, reference, white_flux
 from nacre.instruments.goniocolorimeter import Geometry

@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 
 from nacre.array import Doubles, Floats
-from nacre.color import REC_709, rgb_to_xyz_matrix
+from nacre.color import REC_709, rgb_to_xyz_matrix, srgb_to_linear, xyz_to_lab
 
 PIXELS_PER_DEGREE = 0.7 * 3840 / 0.7 * math.pi / 180.0
 """A display 0.7 m wide with 3840 pixels, seen from 0.7 m (section 4)."""
@@ -36,7 +36,9 @@ def flip(truth: Floats, other: Floats) -> Floats:
     Pictures are display values in [0, 1] (sRGB), shapes (height, width, 3); the map is the
     perceived difference in [0, 1], shape (height, width), float32.
     """
-    pictures = [_opponents(_linear(np.asarray(image, np.float64))) for image in (truth, other)]
+    pictures = [
+        _opponents(srgb_to_linear(np.asarray(image, np.float64))) for image in (truth, other)
+    ]
     first, second = (_uniform(_filtered(picture)) for picture in pictures)
     color = _spread(_color_difference(first, second))
     detected = [_features((picture[..., 0] + 16.0) / 116.0) for picture in pictures]
@@ -44,20 +46,16 @@ def flip(truth: Floats, other: Floats) -> Floats:
     return np.asarray(color ** (1.0 - change**_FEATURE_EXPONENT), np.float32)
 
 
-def _linear(srgb: Doubles) -> Doubles:
-    curve = ((np.maximum(srgb, 0.04045) + 0.055) / 1.055) ** 2.4
-    return np.where(srgb > 0.04045, curve, srgb / 12.92)
-
-
-def _relative(linear: Doubles) -> Doubles:
-    """X, Y and Z, each by that of white."""
+@cache
+def _to_relative() -> Doubles:
+    """From linear RGB to X, Y and Z, each by that of white."""
     to_xyz = rgb_to_xyz_matrix(REC_709)
-    return np.asarray(linear @ (to_xyz / to_xyz.sum(axis=1, keepdims=True)).T)
+    return np.asarray(to_xyz / to_xyz.sum(axis=1, keepdims=True))
 
 
-def _opponents(linear: Doubles) -> Doubles:
+def _opponents(linear: Floats) -> Doubles:
     """Y, Cx and Cz, which are CIELAB without its cube root (section 4.1)."""
-    x, y, z = np.moveaxis(_relative(linear), -1, 0)
+    x, y, z = np.moveaxis(linear @ _to_relative().T, -1, 0)
     return np.stack([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)], axis=-1)
 
 
@@ -66,9 +64,7 @@ def _filtered(opponents: Doubles) -> Doubles:
     y, cx, cz = (_blurred(opponents[..., index], terms) for index, terms in enumerate(_CONTRAST))
     luminance = (y + 16.0) / 116.0
     relative = np.stack([luminance + cx / 500.0, luminance, luminance - cz / 200.0], axis=-1)
-    to_xyz = rgb_to_xyz_matrix(REC_709)
-    to_rgb = np.linalg.inv(to_xyz / to_xyz.sum(axis=1, keepdims=True))
-    return np.asarray(np.clip(relative @ to_rgb.T, 0.0, 1.0))
+    return np.asarray(np.clip(relative @ np.linalg.inv(_to_relative()).T, 0.0, 1.0))
 
 
 def _blurred(channel: Doubles, terms: tuple[tuple[float, float], ...]) -> Doubles:
@@ -94,12 +90,9 @@ def _along_axes(channel: Doubles, across: Doubles, down: Doubles) -> Doubles:
 
 def _uniform(linear: Doubles) -> Doubles:
     """CIELAB, whose colors weaken in the dark as Hunt found (section 4.1.2)."""
-    relative, edge = _relative(linear), 6.0 / 29.0
-    root = np.where(relative > edge**3, np.cbrt(relative), relative / (3.0 * edge**2) + 4.0 / 29.0)
-    x, y, z = np.moveaxis(root, -1, 0)
-    lightness = 116.0 * y - 16.0
-    strength = 0.01 * lightness
-    return np.stack([lightness, strength * 500.0 * (x - y), strength * 200.0 * (y - z)], axis=-1)
+    lab = xyz_to_lab(linear @ _to_relative().T, 1.0)
+    lab[..., 1:] *= 0.01 * lab[..., :1]
+    return lab
 
 
 def _color_difference(first: Doubles, second: Doubles) -> Doubles:
