@@ -131,6 +131,11 @@ def rgl_tables(pattern: str = "*.bsdf") -> list[Path]:
     return sorted(data("rgl").glob(pattern))
 
 
+def rgl_names() -> list[str]:
+    """Materials of the RGL database that have a table of RGB."""
+    return [path.stem.removesuffix("_rgb") for path in rgl_tables("*_rgb.bsdf")]
+
+
 def museum() -> Environment:
     """The environment map that pictures are lit by."""
     return load_environment(data("environment", "museum.exr"))

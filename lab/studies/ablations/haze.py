@@ -30,7 +30,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 import nacre
-from lab.studies.ablations.haze_tables import figure, tables
+from lab.studies.ablations.haze_tables import Result, figure, tables
 from lab.studies.references.hazy_openpbr import HAZE, SPREAD, HazyOpenPbr, TwoLobeOpenPbr, wider
 from lab.studies.study import Study, data, log, prevent_oversubscription
 from nacre.analytic.model import AnalyticBrdf
@@ -56,9 +56,6 @@ _CORNERS = ((0.1, 0.2), (0.1, 0.7), (0.6, 0.2), (0.6, 0.7))
 _HERE = "lab.studies.ablations.haze"
 _FIRSTS = 0, 4, 2, 6, 1, 5, 3, 7  # of every eighth file, in turn
 LITTLE = 0.05  # dB that the fit gains, up to which the model without haze is not fitted again
-
-Result: TypeAlias = dict[str, Any]
-"""What is found about a material: `fits` and `errors` by model, and more."""
 
 Values: TypeAlias = dict[str, Any]
 Found: TypeAlias = tuple[Values, float]

@@ -18,6 +18,7 @@ from nacre.mitsuba.sphere import render_sphere, standard_lights
 from nacre.standard.openpbr import OpenPbr
 
 Result: TypeAlias = dict[str, Any]
+"""What is found about a material: `fits` and `errors` by model, and more."""
 Written: TypeAlias = tuple[str, Sequence[str], list[list[str]]]
 """Title, columns and rows of a table."""
 

@@ -18,12 +18,13 @@ from typing import NamedTuple
 import numpy as np
 
 from lab.studies.ablations.sampling import DARK, PATHS, tabulated
-from lab.studies.study import Study, log, museum, rgl_tables
+from lab.studies.study import Study, log, museum, rgl_names
 from nacre.array import Doubles
 from nacre.brdf import Brdf
 from nacre.color import luminance
 from nacre.geometry import split
 from nacre.mitsuba.environment import Environment, pixel_directions
+from nacre.mitsuba.sphere import frames
 from nacre.sampling import fit_lobes
 from nacre_lab.sampling.light_cells import LightCells
 
@@ -71,7 +72,7 @@ def points(brdf: Brdf, environment: Environment, count: int) -> Iterator[Point]:
     for index in range(count):
         radius, phi = math.sqrt((index + 0.5) / count), index * _GOLDEN
         normal = radius * math.cos(phi), radius * math.sin(phi), math.sqrt(1.0 - radius**2)
-        frame = local_frame(np.array(normal))
+        (frame,) = frames(np.array([normal]))
         wo, wi = frame[:, 2], directions @ frame.T
         lobes = brdf.pdf(wi.astype(np.float32), wo.astype(np.float32)).astype(float)
         values = brdf.eval(wi.astype(np.float32), wo.astype(np.float32)).astype(float)
@@ -89,13 +90,6 @@ def points(brdf: Brdf, environment: Environment, count: int) -> Iterator[Point]:
             product / (product * solid_angle).sum(),
             solid_angle,
         )
-
-
-def local_frame(normal: Doubles) -> Doubles:
-    """Rows are two tangents and the normal."""
-    tangent = np.cross(normal, (0.0, 1.0, 0.0) if abs(normal[1]) < 0.9 else (1.0, 0.0, 0.0))
-    tangent /= np.linalg.norm(tangent)
-    return np.stack([tangent, np.cross(normal, tangent), normal])
 
 
 def variances(point: Point) -> dict[str, Doubles]:
@@ -158,9 +152,8 @@ def main() -> None:
     study.add_argument("materials", nargs="*", metavar="material", help="all by default")
     study.add_argument("--points", type=int, default=20, help="on the sphere")
     options = study.options()
-    every = [path.stem.removesuffix("_rgb") for path in rgl_tables("*_rgb.bsdf")]
     light, results = half(museum()), {}
-    for material in options.materials or study.few(every):
+    for material in options.materials or study.few(rgl_names()):
         _, table = tabulated(material)
         sampled = table.replaced(sampler=fit_lobes(table))
         results[material] = errors(sampled, light, options.points)

@@ -31,7 +31,7 @@ import numpy as np
 import nacre
 from lab.studies.ablations.sampling import MEASURED, PATHS, deviation, inside, sphere, tabulated
 from lab.studies.speed.render import MATERIALS
-from lab.studies.study import Study, museum, progress, rgl_tables
+from lab.studies.study import Study, museum, progress, rgl_names
 from nacre.sampling import fit_lobes
 from nacre_lab.reproduce.cache import cache_key, code_digest
 from nacre_lab.sampling.direct import Product, Resampling, Separate, Strategy, integrator
@@ -174,10 +174,9 @@ def main() -> None:
     study.add_argument("--repetitions", type=int, default=3, help="pictures of each row")
     study.add_argument("--steps", type=int, default=400, help="of the learned sampler's training")
     options = study.options()
-    every = [path.stem.removesuffix("_rgb") for path in rgl_tables("*_rgb.bsdf")]
     mi = nacre.mitsuba.mitsuba()
     results: dict[str, Found] = {}
-    for material in options.materials or study.few(every):
+    for material in options.materials or study.few(rgl_names()):
         facts = [
             material,
             vars(options) | {"output": "", "data": "", "materials": ""},

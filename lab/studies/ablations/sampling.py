@@ -39,7 +39,7 @@ import numpy.typing as npt
 import nacre
 from lab.studies.speed.render import MATERIALS
 from lab.studies.speed.render import scene as timed_scene
-from lab.studies.study import Study, data, museum, rgl_tables
+from lab.studies.study import Study, data, museum, rgl_names
 from nacre.brdf import Brdf, CosineSampler, Sampler
 from nacre.errors import NacreError
 from nacre.geometry import split
@@ -239,11 +239,10 @@ def main() -> None:
     study.add_argument("--timed-size", type=int, default=96, help="pixels a side")
     study.add_argument("--basis", default="neural", help="neural basis that predicts lobes")
     options = study.options()
-    every = [path.stem.removesuffix("_rgb") for path in rgl_tables("*_rgb.bsdf")]
     mi = nacre.mitsuba.mitsuba()
     results: Results = {"errors": {}, "times": {}}
     steps = {
-        "errors": (errors, options.materials or study.few(every)),
+        "errors": (errors, options.materials or study.few(rgl_names())),
         "times": (relative_times, study.few(options.timed, 1)),
     }
     for step, (measure, materials) in steps.items():

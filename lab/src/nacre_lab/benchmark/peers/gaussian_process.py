@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from nacre.array import Array, Components, Doubles, Floats, Weights, namespace
 from nacre.brdf import Brdf
+from nacre.color import GAMMA
 from nacre.errors import NacreError
 from nacre.geometry import from_rusinkiewicz_angles, from_spherical, join, split
 from nacre.neural.inputs import ENHANCED, network_inputs
@@ -33,7 +34,6 @@ _NOISE = 1e-6  # relative variance of the noise; less lets the process overshoot
 _NEW = 1e-10  # part of a point's kernel that others must not explain for it to be chosen
 _PER_POINT = 12  # samples for each point of the design
 _GRAZING = 0.01, 0.05  # near cosines below these, half of the design is dense
-_GAMMA = 2.2
 
 
 class GaussianProcessBrdf(LobeSampledBrdf):
@@ -206,7 +206,7 @@ def _importance(values: Doubles, samples: DirectionSamples) -> Doubles:
     reaches them.
     """
     lit = np.minimum(math.pi * values * samples.cosine[:, None], 1.0)
-    return np.asarray((lit ** (1.0 / _GAMMA)).mean(axis=1) / math.sqrt(len(values)))
+    return np.asarray((lit ** (1.0 / GAMMA)).mean(axis=1) / math.sqrt(len(values)))
 
 
 def _points(size: int, isotropic: bool, angle: float) -> Doubles:

@@ -31,7 +31,6 @@ Tensor: TypeAlias = Any
 VIEWS, POINTS = 48, 256  # views of the bank, and directions of light for each
 
 
-@dataclass(frozen=True)
 class PassivityTerm:
     """What the albedo of a view exceeds a ceiling by, squared, over channels.
 
@@ -45,11 +44,9 @@ class PassivityTerm:
         Seed of the order of views.
     """
 
-    weight: float
-    ceiling: float
-    seed: int = 0
-
-    def __post_init__(self) -> None:
+    def __init__(self, weight: float, ceiling: float, seed: int = 0) -> None:
+        self._weight, self._ceiling = weight, ceiling
+        self._random = np.random.default_rng((seed, 4))
         angles = np.linspace(0.0, 0.5 * math.pi, VIEWS, endpoint=False)
         u = (
             0.5 + np.arange(POINTS)[:, None] * np.array([0.7548776662466927, 0.5698402909980532])
@@ -61,14 +58,13 @@ class PassivityTerm:
             pairs = DirectionSamples(wi, wo, np.zeros_like(wi))
             return torch.from_numpy(direction_inputs(pairs, True, RECIPROCAL).astype(np.float32))
 
-        object.__setattr__(self, "_inputs", [bank(angle) for angle in angles])
-        object.__setattr__(self, "_random", np.random.default_rng((self.seed, 4)))
+        self._inputs = [bank(angle) for angle in angles]
 
     def __call__(self, _: Tensor, f_r: Callable[[Tensor], Tensor]) -> Tensor:
         """See :data:`nacre_lab.benchmark.peers.penalized.Term`."""
-        inputs = self._inputs[self._random.integers(VIEWS)]  # type: ignore[attr-defined]
+        inputs = self._inputs[self._random.integers(VIEWS)]
         albedo = math.pi * f_r(inputs).mean(dim=0)
-        return self.weight * (albedo - self.ceiling).relu().square().sum()
+        return self._weight * (albedo - self._ceiling).relu().square().sum()
 
 
 @dataclass(frozen=True)
