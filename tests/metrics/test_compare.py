@@ -13,6 +13,9 @@ from nacre.figures import picture
 from nacre.figures.difference_sheet import Row
 from nacre.figures.page import magma, scale_end
 from nacre.metrics import Comparison, compare
+from nacre.metrics.comparison import plausible_views
+from nacre.metrics.ldr_flip import flip
+from nacre.mitsuba.lights import DirectionalLight
 from tests.mitsuba.reflectances import Constant, Lobe
 
 pytest.importorskip("skimage", reason="needs the extra 'render'")
@@ -116,6 +119,17 @@ def test04c_shadows_are_drawn_smoothly_and_measured_as_they_are(monkeypatch):
 def test04d_scales_are_a_few_fixed_steps():
     steps = [scale_end([np.full(9, error)]) for error in (0.0, 0.049, 0.051, 0.3, 0.9, 40.0)]
     assert steps == [0.05, 0.05, 0.1, 0.5, 1.0, 10.0]
+
+
+def test04e_what_is_plausible_is_compared_as_it_is_displayed():
+    """Intervals of few pictures that differ much reach below 0; FLIP takes what is displayed."""
+    others = [Constant(0.01), Constant(1.0), Constant(50.0)]
+    views = plausible_views(Constant(0.5), others, DirectionalLight(), 16)
+    assert views.low.min() == 0.0
+    assert views.high.max() > 1.0
+    shown = (np.clip(image, 0.0, 1.0) ** (1.0 / 2.2) for image in (views.low, views.high))
+    np.testing.assert_allclose(views.flip_map, flip(*shown), atol=1e-6)
+    assert 0.5 < views.flip_map.max() <= 1.0
 
 
 def test05_long_names_fit(comparison: Comparison):

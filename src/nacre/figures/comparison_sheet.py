@@ -50,7 +50,7 @@ def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) 
         errors = flip(first, second)
         rows.append(Row(*views, errors, "Path traced", f"FLIP {errors.mean():.4f}", smooth=True))
     if (known := comparison.plausible) is not None:
-        errors = flip(known.low, known.high)
+        errors = known.flip_map
         note = f"from | to, of 90 %; {known.inside:.0%} of the reference inside"
         rows.append(Row(known.low, known.high, errors, "Plausible", note, sphere=True))
     scale = flip_scale(comparison)
@@ -69,7 +69,7 @@ def flip_scale(comparison: Comparison) -> float:
     """The FLIP error at the bright end of the sheet's color scale."""
     maps = [item.flip_map[comparison.mask] for item in comparison.lights]
     if (known := comparison.plausible) is not None:
-        maps.append(flip(known.low, known.high)[comparison.mask])
+        maps.append(known.flip_map[comparison.mask])
     return scale_end(maps)
 
 

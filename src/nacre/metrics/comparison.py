@@ -13,6 +13,7 @@ from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.latent.estimates import plausible
 from nacre.latent.intervals import interval
+from nacre.metrics.ldr_flip import flip
 from nacre.metrics.metrics import AngularErrors, ImageErrors, angular_errors, image_errors
 from nacre.metrics.verdict import Verdict, verdict
 from nacre.mitsuba.environment import Environment
@@ -62,6 +63,7 @@ class PlausibleViews:
 
     low: Image  # lower ends of intervals of 90 %, linear, shape (size, size, 3); `high` likewise
     high: Image
+    flip_map: Floats  # FLIP error between the two as displayed, shape (size, size)
     inside: float  # fraction of the reference's covered pixels and channels that lie in them
 
 
@@ -191,9 +193,11 @@ def plausible_views(
     """
     image, mask = render_sphere(truth, light, size)
     shown = np.stack([render_sphere(brdf, light, size)[0] for brdf in plausible[:_MATERIALS]])
-    low, high = (end.astype(np.float32) for end in interval(shown))
+    # The interval of a few pictures may end below 0, where there is no radiance.
+    low, high = (np.maximum(end, 0.0).astype(np.float32) for end in interval(shown))
     inside: Mask = (image >= low) & (image <= high)
-    return PlausibleViews(low, high, float(inside[mask].mean()))
+    errors = flip(tone_map(low), tone_map(high))
+    return PlausibleViews(low, high, errors, float(inside[mask].mean()))
 
 
 def _plausible(
