@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from nacre.errors import CUT_SHORT, FormatError, NacreError, reason, require
 from nacre.io import radiance_image
-from nacre.io.files import PathLike, opened
+from nacre.io.files import PathLike, opened, write_encoded
 from nacre.io.memory import address_space
 
 HEADER_LIMIT = 1 << 18  # bytes from the start of a file within which its size must be found
@@ -260,6 +260,18 @@ def bitmaps() -> Any:
     if drjit.thread_count() < 2:
         drjit.set_thread_count(2)
     return mi
+
+
+def write_exr(bitmap: Any, path: PathLike) -> None:
+    """Write Mitsuba's bitmap as an OpenEXR image, whole or not at all.
+
+    Mitsuba encodes it in memory: its own writing of files gives no reason where one cannot be
+    written. Raises FormatError as :func:`nacre.io.files.write_encoded`.
+    """
+    mi = bitmaps()
+    stream = mi.MemoryStream()
+    bitmap.write(stream, mi.Bitmap.FileFormat.OpenEXR)
+    write_encoded(path, bytes, stream.raw_buffer())
 
 
 def read_bitmap(path: PathLike) -> Any:

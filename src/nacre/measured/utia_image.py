@@ -19,7 +19,7 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.color import srgb_to_linear
 from nacre.errors import FormatError
-from nacre.io.files import PathLike, first_bytes, read_bytes, write_encoded
+from nacre.io.files import PathLike, first_bytes, read_bytes
 from nacre.io.format import Format
 from nacre.io.image_file import (
     EXR_MAGIC,
@@ -30,6 +30,7 @@ from nacre.io.image_file import (
     decode,
     exr_header,
     png_header,
+    write_exr,
 )
 from nacre.measured.raw import check_finite
 from nacre.measured.utia import SHAPE, UtiaBrdf, tabulate
@@ -77,10 +78,7 @@ def save_exr(brdf: Brdf, path: PathLike) -> None:
     mi = bitmaps()
     utia = brdf if isinstance(brdf, UtiaBrdf) else tabulate(brdf)
     image = np.moveaxis(utia.stored.reshape(3, _EDGE, _EDGE), 0, -1)
-    stream = mi.MemoryStream()
-    bitmap = mi.Bitmap(np.ascontiguousarray(image), mi.Bitmap.PixelFormat.RGB)
-    bitmap.write(stream, mi.Bitmap.FileFormat.OpenEXR)
-    write_encoded(path, bytes, stream.raw_buffer())
+    write_exr(mi.Bitmap(np.ascontiguousarray(image), mi.Bitmap.PixelFormat.RGB), path)
 
 
 def _check_size(path: PathLike, header: ImageHeader) -> None:

@@ -12,8 +12,9 @@ import numpy as np
 
 from nacre.array import Floats, Image
 from nacre.color import luminance, rgb_to_xyz, xyz_to_rgb
-from nacre.errors import FormatError, NacreError
-from nacre.io.files import PathLike, atomic_path
+from nacre.errors import NacreError
+from nacre.io.files import PathLike
+from nacre.io.image_file import write_exr
 from nacre.mitsuba.engine import mitsuba
 from nacre.mitsuba.preview import check_image_path, write_image
 
@@ -123,8 +124,4 @@ class FilmPicture:
         bitmap = mi.Bitmap(pixels[self.pixel_format], component, [width, height], count, names)
         held = np.array(bitmap, copy=False)
         held[...] = np.array(flat.convert(pixels.Y, component, False)).reshape(held.shape)
-        try:
-            with atomic_path(path) as temporary:
-                bitmap.write(str(temporary))
-        except RuntimeError as error:
-            raise FormatError(f"{path}: cannot be written") from error
+        write_exr(bitmap, path)

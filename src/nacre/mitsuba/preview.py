@@ -16,7 +16,7 @@ from nacre.btf import Btf
 from nacre.color import tone_map
 from nacre.errors import FormatError, NacreError
 from nacre.io.files import PathLike, atomic_path
-from nacre.io.image_file import bitmaps
+from nacre.io.image_file import bitmaps, write_exr
 from nacre.mitsuba.denoise import can_denoise
 from nacre.mitsuba.denoise import denoise as remove_noise
 from nacre.mitsuba.engine import mitsuba
@@ -187,12 +187,7 @@ def write_image(image: npt.NDArray[np.floating], path: PathLike) -> None:
     """
     path = check_image_path(path)
     if path.suffix.lower() == ".exr":
-        mi = bitmaps()
-        try:
-            with atomic_path(path) as temporary:
-                mi.Bitmap(np.ascontiguousarray(image, np.float32)).write(str(temporary))
-        except RuntimeError as error:
-            raise FormatError(f"{path}: cannot be written") from error
+        write_exr(bitmaps().Bitmap(np.ascontiguousarray(image, np.float32)), path)
         return
     write_bytes(np.rint(tone_map(image) * 255.0).astype(np.uint8), path)
 

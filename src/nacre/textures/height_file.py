@@ -9,8 +9,8 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.errors import FormatError, reason
-from nacre.io.files import PathLike, atomic_path
-from nacre.io.image_file import bitmaps, read_bitmap
+from nacre.io.files import PathLike
+from nacre.io.image_file import bitmaps, read_bitmap, write_exr
 
 DEPTH = 0.1  # widths of a texture from black to white, where a file does not say
 _EXACT = ".exr"
@@ -34,13 +34,9 @@ def write_heights(heights: Floats, path: PathLike) -> None:
     Raises a FormatError if the ending is not `.exr` or the file cannot be written, a
     MissingExtraError without Mitsuba.
     """
-    mi, path = bitmaps(), check_height_map(path)
-    try:
-        with atomic_path(path) as temporary:
-            values = np.ascontiguousarray(heights[:, :, None], np.float32)
-            mi.Bitmap(values).write(str(temporary))
-    except RuntimeError as error:
-        raise FormatError(f"{path}: cannot be written: {reason(error)}") from error
+    path = check_height_map(path)
+    values = np.ascontiguousarray(heights[:, :, None], np.float32)
+    write_exr(bitmaps().Bitmap(values), path)
 
 
 def full_depth(path: PathLike) -> float:
