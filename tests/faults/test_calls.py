@@ -77,7 +77,7 @@ def forks() -> Iterator[Forks]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["view-component", "export-glsl", "capture-codes", "plot-pdf"])
+@pytest.mark.parametrize("name", ["export-npy", "export-glsl", "capture-codes", "plot-pdf"])
 def test_nothing_is_lost_whatever_call_fails(name: str, tmp_path: Path, forks: Forks) -> None:
     with WRITERS[name].command() as command:
         trial = Points(WRITERS[name], command, tmp_path / "work", forks)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
+import itertools
 import os
 import platform
 import subprocess
@@ -19,6 +21,7 @@ from nacre.io.files import (
     read_bytes,
     read_head,
     remove_file,
+    write_together,
 )
 from nacre.io.outputs import overwrite
 
@@ -65,6 +68,37 @@ def test_a_file_that_comes_while_another_is_written_stays(tmp_path):
     with overwrite():
         write()
     assert target.read_bytes() == b"ours"
+
+
+@pytest.mark.parametrize("bad", range(3))
+@pytest.mark.parametrize("call", ["fsync", "replace"])
+def test_of_files_that_belong_together_all_appear_or_none(tmp_path, monkeypatch, bad, call):
+    paths = [tmp_path / name for name in ("a.npy", "b.npy", "c.npy")]
+    calls = itertools.count()
+    real = getattr(os, call)
+
+    def failing(*arguments):
+        if next(calls) == bad:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return real(*arguments)
+
+    monkeypatch.setattr(os, call, failing)
+    contents = dict.fromkeys(paths, b"new")
+    with pytest.raises(FormatError, match="No space left"):
+        write_together(contents)
+    assert list(tmp_path.iterdir()) == []
+    monkeypatch.undo()
+    write_together(contents)
+    assert sorted(tmp_path.iterdir()) == paths
+
+
+def test_of_files_that_belong_together_none_replaces_a_users(tmp_path):
+    theirs = tmp_path / "b.npy"
+    theirs.write_bytes(b"the user's")
+    with pytest.raises(FormatError, match=r"b\.npy: exists"):
+        write_together(dict.fromkeys((tmp_path / "a.npy", theirs), b"new"))
+    assert list(tmp_path.iterdir()) == [theirs]
+    assert theirs.read_bytes() == b"the user's"
 
 
 def test_threads_write_with_the_permissions_of_any_file(tmp_path):

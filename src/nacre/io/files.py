@@ -11,8 +11,8 @@ import re
 import secrets
 import stat
 import time
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -245,6 +245,32 @@ def write_encoded(
         raise FormatError(f"{path}: {error}") from error
     with atomic_path(path, internal=internal) as temporary:
         temporary.write_bytes(data)
+
+
+def write_together(contents: Mapping[Path, bytes]) -> None:
+    """Write files that belong together; see :func:`atomic_path`.
+
+    All of them are written before the first takes its place. If one cannot, those that were not
+    there before are removed again: they are of no use alone.
+    """
+    new = {path for path in contents if not os.path.lexists(path)}
+    placed: list[Path] = []
+
+    @contextmanager
+    def placing(path: Path) -> Iterator[Path]:
+        with atomic_path(path) as temporary:
+            yield temporary
+        placed.append(path)
+
+    try:
+        with ExitStack() as stack:
+            for path, content in contents.items():
+                stack.enter_context(placing(path)).write_bytes(content)
+    except BaseException:
+        for path in placed:
+            if path in new:
+                _remove_if_possible(path)
+        raise
 
 
 def append_line(path: PathLike, line: str) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.errors import NacreError
-from nacre.io.files import PathLike, check_writable, write_encoded
+from nacre.io.files import PathLike, check_writable, write_together
 from nacre.runtime.progress import Progress
 from nacre.targets.target import TARGETS, Target
 from nacre.targets.text import identifier
@@ -105,6 +105,5 @@ def write_files(contents: Mapping[str, bytes], output: PathLike) -> list[Path]:
         if into:
             path.parent.mkdir(parents=True, exist_ok=True)
         check_writable(path)
-    for path, content in zip(paths, contents.values(), strict=True):
-        write_encoded(path, bytes, content)
+    write_together(dict(zip(paths, contents.values(), strict=True)))
     return paths
