@@ -5,7 +5,8 @@ SETUP := @$(PYTHON) scripts/setup.py
 # Tests start hundreds of processes: what they import is compiled once, whatever is set outside.
 export PYTHONDONTWRITEBYTECODE :=
 export PYTHONPYCACHEPREFIX := $(CURDIR)/.venv/pycache
-PYTEST := NACRE_SCREENSHOTS=$(CURDIR)/out/screenshots $(RUN) -m pytest -n auto --dist loadfile -q
+PYTEST := NACRE_SCREENSHOTS=$(CURDIR)/out/screenshots $(RUN) -m pytest -n auto --dist loadfile \
+  --no-loadscope-reorder -q
 
 .PHONY: demo test test-all coverage test-lab lint bench fuzz site notebooks gallery gallery-sheets gallery-textures
 .PHONY: included parity-blender release matrix setup tools lab clean kernel

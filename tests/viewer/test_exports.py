@@ -32,7 +32,7 @@ const held = JSON.parse(fs.readFileSync(`${folder}/held.json`));
 for (let k = 0; k < count; k++) {
   const bytes = fs.readFileSync(`${folder}/${k}.safetensors`);
   const file = of_tensors.readTensors(new Uint8Array(bytes).buffer);
-  for (const target of %s) {
+  for (const target of held.asked[k]) {
     const { name, text } = of_exports.exported(target, held, file, file.header.name);
     fs.writeFileSync(`${folder}/${k} ${target} ${name}`, text);
   }
@@ -101,8 +101,8 @@ def included(name: str) -> NeuralBrdf:
     return network
 
 
-def check(folder: Path, made: Iterable[NeuralBrdf]) -> None:
-    """Write all of them in Node.js by the page's modules, and compare."""
+def check(folder: Path, made: Iterable[NeuralBrdf], targets: int = len(TARGETS)) -> None:
+    """Write all of them in Node.js by the page's modules, for some targets each, and compare."""
     if not shutil.which("node"):
         pytest.skip("node is not installed")
     held, files = shared(), []
@@ -113,13 +113,13 @@ def check(folder: Path, made: Iterable[NeuralBrdf]) -> None:
         assert isinstance(read, NeuralBrdf)
         files.append(read)
         hold(read.sampler, held["samplers"])
-    (folder / "held.json").write_text(json.dumps(held))
-    code = script("exports") + RUN % json.dumps(TARGETS)
-    (folder / "run.mjs").write_text(code)
+    asked = [[TARGETS[(k + i) % len(TARGETS)] for i in range(targets)] for k in range(len(files))]
+    (folder / "held.json").write_text(json.dumps({**held, "asked": asked}))
+    (folder / "run.mjs").write_text(script("exports") + RUN)
     command = ["node", str(folder / "run.mjs"), str(folder), str(len(files))]
     subprocess.run(command, check=True, timeout=600)
     for k, network in enumerate(files):
-        for target in TARGETS:
+        for target in asked[k]:
             ((name, expected),) = contents(network, target).items()
             found = (folder / f"{k} {target} {name}").read_bytes().decode()
             assert found.splitlines() == expected.decode().splitlines(), f"{k} {target}"
@@ -138,4 +138,5 @@ def test_code_of_all_inputs_is_that_of_the_targets(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_code_of_all_included_networks_is_that_of_the_targets(tmp_path: Path) -> None:
-    check(tmp_path, [included(m.name) for m in nacre.materials() if m.kind == "brdf"])
+    """What differs between them are numbers, which targets write alike: each in one is enough."""
+    check(tmp_path, [included(m.name) for m in nacre.materials() if m.kind == "brdf"], targets=1)
