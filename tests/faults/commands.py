@@ -276,6 +276,7 @@ LONG = {
         ),
         {"directions.csv": ("directions.csv", 9)},
         ("surfaces/*/*.npz", "surfaces/capture.json"),
+        states=("surfaces/.lock",),
     ),
     "convert": Long(
         _nacre("convert inputs/m0.bsdf -o out/m0.npz"),

@@ -216,7 +216,10 @@ WRITERS: dict[str, Long] = {
         "codes/*.json",
     ),
     "latent-sliders": _of("latent interpolate inputs/code.json -o out/page.html --along darker"),
-    "latent-map": _of("latent map inputs/code.json inputs/code2.json merl:nickel -o out/map.png"),
+    "latent-map": _of(
+        "latent map inputs/code.json inputs/code2.json merl:nickel merl:chrome merl:steel "
+        "-o out/map.png"
+    ),
     "latent-train": _of(
         "latent train inputs/a.json inputs/model.json -o out/basis.safetensors --resolution 4,4,4"
         " --code-dim 1"

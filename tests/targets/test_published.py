@@ -12,6 +12,8 @@ import pytest
 import nacre
 from nacre.errors import NacreError
 from nacre.geometry import half_difference, split
+from nacre.io.marks import read_mark
+from nacre.io.outputs import written_by
 from nacre.targets import TARGETS, export
 from tests.oracles.materials import material
 from tests.oracles.pairs import pairs
@@ -70,6 +72,14 @@ def test_what_is_written_is_read_again(tmp_path, target, file):
     again = nacre.load(tmp_path / file)
     for one, other in zip(again.layers, material("diffuse").layers, strict=True):
         np.testing.assert_array_equal(one.weights, other.weights)
+
+
+def test_the_files_of_keras_are_replaced_by_the_next_run(tmp_path):
+    """Both say who wrote them."""
+    for _ in range(2):
+        with written_by("nacre export"):
+            written = export(material("diffuse"), "h5", f"{tmp_path}/", name="paint")
+    assert [read_mark(path).command for path in written] == ["nacre export"] * 2
 
 
 @pytest.mark.parametrize("target", ["npy", "h5"])

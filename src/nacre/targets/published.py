@@ -88,4 +88,4 @@ def _model(name: str) -> str:
         "keras_version": KERAS_VERSION,
         "backend": "tensorflow",
     }
-    return json.dumps(model, indent=1)
+    return json.dumps(model, indent=1) + "\n"

@@ -57,10 +57,10 @@ def command(
     chart = embed_texels(load_latent_maps(codes), names, count, seed, onto)
     new = len(codes) if into is not None else 0
     write_plot(texel_map_figure(chart, new=new, own_colors=colors), output)
-    if table is not None:
-        write_table(chart, table)
     if save is not None:
         save_embedding_map(chart, save)
+    if table is not None:  # last: a run that failed before can be repeated over its files
+        write_table(chart, table)
     textures = counted(len(chart.names), "texture", "textures")
     data = {"output": str(output), "texels": len(chart.texture), "textures": len(chart.names)}
     report(f"{output}: {len(chart.texture):,} texels of {textures}", data)
