@@ -4,7 +4,8 @@
 the path or in this Python's environment, and the project's own environment, in which the tests make
 a file of each format. Every row is a temporary environment of its own: without extras and with
 `render` on each Python, each extra alone, the oldest releases of what is declared, and the lab.
-Prints a table in Markdown; the exit code is 1 where a row failed.
+Prints a table in Markdown; the exit code is 1 where a row failed. A row whose Python cannot be had
+is not run, and says so.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import tempfile
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -220,6 +222,13 @@ def try_row(row: Row, uv: str, specimens: Path) -> str:
     return ""
 
 
+@cache
+def available(uv: str, python: str) -> bool:
+    """Whether there is this Python, or uv can fetch it."""
+    asked = ([uv, "python", verb, "-q", python] for verb in ("find", "install"))
+    return any(subprocess.run(each, capture_output=True).returncode == 0 for each in asked)
+
+
 def main(parts: list[str]) -> int:
     """Try the rows whose names hold any of the parts, or all; the exit code."""
     uv, failed = found_uv(), 0
@@ -230,11 +239,14 @@ def main(parts: list[str]) -> int:
         for row in rows():
             if parts and not any(part in row.name for part in parts):
                 continue
+            about = f"{row.python} | {row.extra or 'none'} | {row.resolution}"
+            if not available(uv, row.python):
+                print(f"| {about} | not run: uv cannot get this Python |", flush=True)
+                continue
             problem = try_row(row, uv, specimens)
             failed += bool(problem)
             lines = [line.strip() for line in problem.splitlines() if line.strip()]
             outcome = lines[-1].replace("|", "/") if lines else "passes"
-            about = f"{row.python} | {row.extra or 'none'} | {row.resolution}"
             print(f"| {about} | {outcome} |", flush=True)
             if problem:
                 print(problem, file=sys.stderr, flush=True)
