@@ -16,12 +16,11 @@ import nacre
 from lab.studies.study import Study, progress
 from nacre.array import Floats
 from nacre.cli.demo import _MATERIAL as PAINT
-from nacre.color import tone_map
 from nacre.figures.difference_sheet import CELL_PIXELS, Row, difference_sheet
 from nacre.figures.page import Bytes, scale_end
 from nacre.measured.textures import UTIA
 from nacre.measuring.virtual import MitsubaBrdf
-from nacre.metrics.ldr_flip import flip
+from nacre.metrics.ldr_flip import displayed_flip
 from nacre.mitsuba.preview import render_preview, render_scene, write_bytes
 from nacre.mitsuba.textures.plugins import texture_bsdf
 from nacre.mitsuba.textures.scene import describe_texture_scene, texture_scale
@@ -63,7 +62,7 @@ def texture(spp: int, seed: int, texels: int) -> Bytes:
 
 def strip(views: list[Floats], titles: tuple[str, str]) -> Bytes:
     """Two renderings of one scene, and their FLIP error."""
-    errors = flip(*(tone_map(view) for view in views))
+    errors = displayed_flip(*views)
     scale = scale_end([errors])
     reference, model = views
     row = Row(reference, model, errors, smooth=True)

@@ -33,13 +33,12 @@ import numpy as np
 from lab.studies.study import Study, geometric_mean, log, progress
 from nacre.array import Floats
 from nacre.btf import Btf
-from nacre.color import tone_map
 from nacre.formats import load_btf
 from nacre.geometry import cosine_hemisphere, join
 from nacre.measured.textures.directions import from_degrees
 from nacre.measured.textures.ubo2014 import writer
 from nacre.measured.textures.ubo2014.reader import load
-from nacre.metrics.ldr_flip import flip
+from nacre.metrics.ldr_flip import displayed_flip
 from nacre.metrics.texture_errors import ErrorSums
 from nacre.mitsuba.preview import write_image
 from nacre.mitsuba.studio import studio
@@ -126,7 +125,7 @@ class Trial:
 
     def _flip(self, number: int, picture: Floats) -> float:
         pictures = (self.pictures[number], picture)
-        return float(flip(*(tone_map(self.exposed(number, p)) for p in pictures)).mean())
+        return float(displayed_flip(*(self.exposed(number, p) for p in pictures)).mean())
 
 
 def view_errors(sums: ErrorSums) -> dict[str, float]:

@@ -22,7 +22,7 @@ from lab.studies.study import Study, log
 from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.color import tone_map
-from nacre.metrics.ldr_flip import flip
+from nacre.metrics.ldr_flip import displayed_flip
 from nacre.targets.textures import FilteredTexture, TextureAtlas
 from nacre.targets.textures.accuracy import compared_at, mean_squared_error
 from nacre.targets.textures.shader_texture import ShaderTexture
@@ -141,7 +141,7 @@ def main() -> None:
             pictures = exported_pictures(files, texture)
             scale = EXPOSURE * np.pi
             looks = [
-                flip(tone_map(scale * one), tone_map(scale * other))
+                displayed_flip(scale * one, scale * other)
                 for one, other in zip(truth, pictures, strict=True)
             ]
             strip.append(pictures)

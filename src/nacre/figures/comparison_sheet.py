@@ -8,11 +8,10 @@ import numpy as np
 
 from nacre.array import Floats, Image
 from nacre.brdf import Brdf
-from nacre.color import tone_map
 from nacre.figures.difference_sheet import Row, difference_sheet
 from nacre.figures.page import Bytes, scale_end, scale_note
 from nacre.metrics.comparison import Comparison, LightComparison
-from nacre.metrics.ldr_flip import flip
+from nacre.metrics.ldr_flip import displayed_flip
 from nacre.mitsuba.lights import Light
 from nacre.mitsuba.sphere import smooth_edges
 
@@ -46,13 +45,11 @@ def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) 
         label = _NAMES.get(item.light, item.light)
         rows.append(Row(truth, other, item.flip_map, label, _figures(item), sphere=True))
     if views is not None:
-        first, second = (tone_map(view) for view in views)
-        errors = flip(first, second)
+        errors = displayed_flip(*views)
         rows.append(Row(*views, errors, "Path traced", f"FLIP {errors.mean():.4f}", smooth=True))
     if (known := comparison.plausible) is not None:
-        errors = known.flip_map
         note = f"from | to, of 90 %; {known.inside:.0%} of the reference inside"
-        rows.append(Row(known.low, known.high, errors, "Plausible", note, sphere=True))
+        rows.append(Row(known.low, known.high, known.flip_map, "Plausible", note, sphere=True))
     scale = flip_scale(comparison)
     angles = comparison.angles
     notes = (

@@ -8,12 +8,11 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.btf import Btf
-from nacre.color import tone_map
 from nacre.figures.difference_sheet import CELL_PIXELS, Row, difference_sheet
 from nacre.figures.page import Bytes, scale_end, scale_note
 from nacre.figures.texture_views import angles, reduced, texels
 from nacre.measured.textures.directions import from_degrees
-from nacre.metrics.ldr_flip import flip
+from nacre.metrics.ldr_flip import displayed_flip
 from nacre.metrics.texture_comparison import matched
 from nacre.metrics.verdict import Verdict, verdict
 from nacre.textures.selection import nearest_pair
@@ -72,7 +71,7 @@ def texture_scale(rows: Sequence[Row]) -> float:
 
 
 def _flip(row: Row) -> Floats:
-    return flip(tone_map(row.reference), tone_map(row.model))
+    return displayed_flip(row.reference, row.model)
 
 
 def _row(truth: Btf, other: Btf, pair: int) -> Row:

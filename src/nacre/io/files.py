@@ -253,14 +253,15 @@ def write_together(contents: Mapping[Path, bytes]) -> None:
     All of them are written before the first takes its place. If one cannot, those that were not
     there before are removed again: they are of no use alone.
     """
-    new = {path for path in contents if not os.path.lexists(path)}
-    placed: list[Path] = []
+    placed: list[Path] = []  # where there was no file before
 
     @contextmanager
     def placing(path: Path) -> Iterator[Path]:
+        new = not os.path.lexists(path)
         with atomic_path(path) as temporary:
             yield temporary
-        placed.append(path)
+        if new:
+            placed.append(path)
 
     try:
         with ExitStack() as stack:
@@ -268,8 +269,7 @@ def write_together(contents: Mapping[Path, bytes]) -> None:
                 stack.enter_context(placing(path)).write_bytes(content)
     except BaseException:
         for path in placed:
-            if path in new:
-                _remove_if_possible(path)
+            _remove_if_possible(path)
         raise
 
 

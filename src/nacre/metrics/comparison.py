@@ -13,7 +13,7 @@ from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.latent.estimates import plausible
 from nacre.latent.intervals import interval
-from nacre.metrics.ldr_flip import flip
+from nacre.metrics.ldr_flip import displayed_flip
 from nacre.metrics.metrics import AngularErrors, ImageErrors, angular_errors, image_errors
 from nacre.metrics.verdict import Verdict, verdict
 from nacre.mitsuba.environment import Environment
@@ -196,8 +196,7 @@ def plausible_views(
     # The interval of a few pictures may end below 0, where there is no radiance.
     low, high = (np.maximum(end, 0.0).astype(np.float32) for end in interval(shown))
     inside: Mask = (image >= low) & (image <= high)
-    errors = flip(tone_map(low), tone_map(high))
-    return PlausibleViews(low, high, errors, float(inside[mask].mean()))
+    return PlausibleViews(low, high, displayed_flip(low, high), float(inside[mask].mean()))
 
 
 def _plausible(

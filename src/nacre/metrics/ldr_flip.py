@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 
 from nacre.array import Doubles, Floats
-from nacre.color import REC_709, rgb_to_xyz_matrix, srgb_to_linear, xyz_to_lab
+from nacre.color import REC_709, rgb_to_xyz_matrix, srgb_to_linear, tone_map, xyz_to_lab
 
 PIXELS_PER_DEGREE = 0.7 * 3840 / 0.7 * math.pi / 180.0
 """A display 0.7 m wide with 3840 pixels, seen from 0.7 m (section 4)."""
@@ -44,6 +44,14 @@ def flip(truth: Floats, other: Floats) -> Floats:
     detected = [_features((picture[..., 0] + 16.0) / 116.0) for picture in pictures]
     change = np.max(np.abs(detected[0] - detected[1]), axis=0) / math.sqrt(2.0)
     return np.asarray(color ** (1.0 - change**_FEATURE_EXPONENT), np.float32)
+
+
+def displayed_flip(truth: Floats, other: Floats) -> Floats:
+    """LDR-FLIP error map of two linear pictures, tone mapped as for all measures of pictures.
+
+    Shapes as for :func:`flip`; the pictures are linear Rec. 709 RGB, 1 is white.
+    """
+    return flip(tone_map(truth), tone_map(other))
 
 
 @cache
