@@ -178,7 +178,7 @@ def test_a_capture_is_encoded_as_it_is_measured(felt, capsys, monkeypatch):
     assert run(*coded, "--resume", "--picture", "coded.png") == 0
     found = nacre.load("coded.safetensors").latent
     assert Path("coded.safetensors").read_bytes() == Path("whole.safetensors").read_bytes()
-    np.testing.assert_allclose(found.codes, expected, atol=1e-4)  # float32, in another order
+    np.testing.assert_allclose(found.codes, expected, atol=4e-5)  # float32, in another order
     assert found.metadata["source"]["file"] == "felt01"
     assert not Path("coded.safetensors.state").exists()
     assert Path("coded.png").exists()
