@@ -6,9 +6,9 @@ SETUP := @$(PYTHON) scripts/setup.py
 export PYTHONDONTWRITEBYTECODE :=
 export PYTHONPYCACHEPREFIX := $(CURDIR)/.venv/pycache
 PYTEST := NACRE_SCREENSHOTS=$(CURDIR)/out/screenshots $(RUN) -m pytest -n auto --dist loadfile \
-  --no-loadscope-reorder -q
+  --no-loadscope-reorder --max-worker-restart 0 -q
 
-.PHONY: demo test test-all coverage test-lab lint bench fuzz site notebooks gallery gallery-sheets gallery-textures
+.PHONY: demo test test-all coverage test-lab test-timed lint bench fuzz site notebooks gallery gallery-sheets gallery-textures
 .PHONY: included parity-blender release matrix setup tools lab clean kernel
 
 demo:  ## The main job, start to end; NACRE_DATA=FILE uses a real measurement.
@@ -26,6 +26,9 @@ coverage: tools  ## Lines and branches of the product that its tests run; slower
 
 test-lab: tools lab  ## The tests of the lab.
 	$(PYTEST) lab/tests
+
+test-timed: tools lab  ## The second tier and the lab: what changed since SINCE first, until UNTIL (date +%s).
+	$(PYTEST) -p tests.clock --until "$(or $(UNTIL),inf)" --since "$(SINCE)" -m slow src tests lab/tests
 
 lint: setup  ## Formatting, lint, types, layers, and the workflows of public CI.
 	.venv/bin/ruff format --no-cache --check .

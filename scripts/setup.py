@@ -19,6 +19,8 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
 
 ROOT = Path(__file__).resolve().parents[1]
 VENV = ROOT / ".venv"
@@ -79,9 +81,20 @@ def apt(package: str) -> bool:
     return result.returncode == 0
 
 
+def refuse_another() -> None:
+    """End if the environment is another checkout's, as a linked or a moved one is."""
+    package = "nacre_materials-*.dist-info/direct_url.json"
+    for place in (f"lib/python*/site-packages/{package}", f"Lib/site-packages/{package}"):
+        for record in VENV.glob(place):
+            owner = Path(url2pathname(urlsplit(json.loads(record.read_text())["url"]).path))
+            if owner.resolve() != ROOT:
+                stop(f"{VENV} was set up for {owner}: remove it or the link, then run this again")
+
+
 def make_environment() -> None:
     """Create the virtual environment."""
     if PYTHON.exists():
+        refuse_another()
         return
     if not HAS_PIP and importlib.util.find_spec("ensurepip") is None:
         package = f"python{sys.version_info.major}.{sys.version_info.minor}-venv"

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path, PurePosixPath
+
+import nacre
 
 _PLACE = re.compile(r"\w+(\.\w+)+(:\w+)?")
 
@@ -24,6 +26,15 @@ def order(project: Mapping[str, object]) -> list[list[str]]:
             ]
             found = layers + found
     return found
+
+
+def facade() -> dict[str, str]:
+    """Modules of the names that nacre has of others: {"nacre.load": "nacre.formats"}."""
+    return {
+        f"nacre.{name}": f"nacre.{module}"
+        for module, names in nacre._ATTRIBUTES.items()
+        for name in names
+    }
 
 
 class Tree:
@@ -70,6 +81,10 @@ class Tree:
             if self.rank(target) < self.rank(module)
         ]
 
+    def imports(self, module: str) -> set[str]:
+        """Modules that a module imports, whether it is written so or by name."""
+        return {target for _, target in self._named(module, self.modules[module])}
+
     def _named(self, module: str, path: Path) -> Iterator[tuple[int, str]]:
         tree = ast.parse(path.read_text(encoding="utf-8"))
         package = module if path.name == "__init__.py" else module.rpartition(".")[0]
@@ -90,6 +105,39 @@ class Tree:
         return None
 
 
+def reached(root: Path, changed: Iterable[str]) -> dict[str, int]:
+    """Files that import what changed, and how many imports lead there; paths are within `root`."""
+    roots = [*root.glob("src/*"), *root.glob("lab/src/*"), root / "tests", root / "lab"]
+    tree = Tree([each for each in roots if each.is_dir()], [], facade())
+    importers: dict[str, set[str]] = {}
+    for module in tree.modules:
+        for target in tree.imports(module):
+            importers.setdefault(target, set()).add(module)
+    paths = {name: path.relative_to(root).as_posix() for name, path in tree.modules.items()}
+    found: dict[str, int] = {}
+    step, nearest = 0, {name for file in changed for name in _modules(file, tree, paths)}
+    while nearest:
+        found |= {paths[name]: step for name in nearest}
+        further = {name for each in nearest for name in importers.get(each, ())}
+        step, nearest = step + 1, {name for name in further if paths[name] not in found}
+    return found
+
+
+def _modules(file: str, tree: Tree, paths: dict[str, str]) -> set[str]:
+    """Modules that a file stands for: itself, else those beside or above it or that name it."""
+    folder = PurePosixPath(file).parent
+    for place in (file, *map(str, (folder, *folder.parents[:-1]))):
+        if place != "." and (found := {n for n, p in paths.items() if place in (p, _folder(p))}):
+            return found
+    named = [file, *([str(folder)] if len(folder.parts) > 1 else [])]
+    texts = {name: path.read_text("utf-8") for name, path in tree.modules.items()}
+    return {name for name, text in texts.items() if any(each in text for each in named)}
+
+
+def _folder(path: str) -> str:
+    return str(PurePosixPath(path).parent)
+
+
 def _texts(node: ast.AST, module: str, package: str) -> Iterator[str]:
     """Dotted names that a node may stand for."""
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
@@ -99,6 +147,8 @@ def _texts(node: ast.AST, module: str, package: str) -> Iterator[str]:
         yield _joined(node, module, package)
     elif isinstance(node, ast.Attribute):
         yield ast.unparse(node)
+    elif isinstance(node, ast.Import):
+        yield from (each.name for each in node.names)
     elif isinstance(node, ast.ImportFrom) and not node.level:
         yield from (f"{node.module}.{each.name}" for each in node.names)
     elif isinstance(node, ast.Call):

@@ -1,9 +1,11 @@
 """The face of the package: its names, and where missing libraries send people."""
 
 import ast
+import json
 import os
 import re
 import runpy
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -161,6 +163,30 @@ def test_an_address_makes_the_links_of_a_page_absolute(monkeypatch: pytest.Monke
         "[a](https://example.org/nacre/blob/v1.2.3/lab/docs/x.md#part) "
         "![b](https://example.org/nacre/raw/v1.2.3/c.jpg) [d](https://example.org) [e](#here)"
     )
+
+
+@pytest.mark.parametrize("linked", [True, False])
+def test_the_environment_of_another_checkout_is_refused(tmp_path: Path, linked: bool) -> None:
+    owner, checkout = tmp_path / "owner with a space", tmp_path / "checkout"
+    environment = (owner if linked else checkout) / ".venv"
+    facts = environment / "lib/python3.11/site-packages/nacre_materials-0.2.0.dist-info"
+    for folder in (facts, environment / "bin", checkout / "scripts"):
+        folder.mkdir(parents=True)
+    (environment / "bin/python").touch()
+    record = {"dir_info": {"editable": True}, "url": owner.as_uri()}
+    (facts / "direct_url.json").write_text(json.dumps(record))
+    if linked:
+        (checkout / ".venv").symlink_to(environment)
+    shutil.copy(ROOT / "scripts/setup.py", checkout / "scripts")
+    before = sorted(environment.rglob("*"))
+    done = subprocess.run(
+        [sys.executable, checkout / "scripts/setup.py"], capture_output=True, text=True
+    )
+    assert done.returncode == 1
+    place = checkout / ".venv"
+    expected = f"setup: {place} was set up for {owner}: remove it or the link, then run this again"
+    assert done.stderr.splitlines() == [expected]
+    assert sorted(environment.rglob("*")) == before
 
 
 def test_the_container_installs_what_rendering_needs_and_is_not_root():

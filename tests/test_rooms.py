@@ -12,7 +12,7 @@ import pytest
 
 import nacre
 from nacre.registry import Registry
-from tests.layers import Tree, order
+from tests.layers import Tree, facade, order
 
 PROJECT = Path(__file__).parents[1]
 PACKAGE = Path(nacre.__file__).parent
@@ -65,13 +65,8 @@ def test_modules_are_of_a_size_to_be_read():
 def test_no_import_by_name_runs_up_the_layers():
     """`lint-imports` holds imports that are written as such to the same order."""
     roots = [PACKAGE, PROJECT / "lab/src/nacre_lab"]
-    facade = {
-        f"nacre.{name}": f"nacre.{module}"
-        for module, names in nacre._ATTRIBUTES.items()
-        for name in names
-    }
     with (PROJECT / "pyproject.toml").open("rb") as file:
-        tree = Tree(roots, order(tomllib.load(file)), facade)
+        tree = Tree(roots, order(tomllib.load(file)), facade())
     assert tree.rank("nacre") < tree.rank("nacre.cli.fit") < tree.rank("nacre.errors")
     assert tree.rank("nacre_lab.reproduce") < tree.rank("nacre.cli")
     assert tree.upward() == []
