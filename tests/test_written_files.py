@@ -243,17 +243,26 @@ def expected(folder: str) -> dict[str, Results]:
     return found
 
 
+CODED = {"codes", "decoded"}
 COMPILED = {"f_r", "drawn", "density", "pdf"}
 """What 0.1.0 computed by NumPy, and code of other roundings computes now; in single precision."""
 
+REORDERED = {
+    **dict.fromkeys(["tables/bands.csv", "tables/scan.csv"], {"f_r double"}),
+    **dict.fromkeys([f"textures/model-basis{end}.safetensors" for end in ("", "-half")], CODED),
+}
+"""What is summed in another order than 0.1.0 did, by file: samples of scans have weights now, and
+moments of texels are compiled."""
 
-def assert_same(found: Results, kept: Results) -> None:
+
+def assert_same(found: Results, kept: Results, name: str) -> None:
     """The same arrays, bit by bit on the same machine where they are computed as they were."""
+    other = COMPILED | REORDERED.get(name, set())
     assert found.keys() == kept.keys()
     for key, array in kept.items():
         # Directions drawn from single precision were double ones where numbers of lobes were equal.
         assert found[key].dtype == (np.float32 if key == "drawn" else array.dtype), key
-        if same_machine() and key not in COMPILED:
+        if same_machine() and key not in other:
             np.testing.assert_array_equal(found[key], array, err_msg=key, strict=True)
         else:
             atol = 1e-5 * float(np.abs(array).max(initial=0))
@@ -270,7 +279,7 @@ def test_files_evaluate_to_what_they_did(name):
         found = evaluated(name)
     except nacre.MissingExtraError as error:
         pytest.skip(str(error))
-    assert_same(found, expected(name.partition("/")[0])[name])
+    assert_same(found, expected(name.partition("/")[0])[name], name)
 
 
 def test_a_written_texture_of_codes_is_of_the_values_in_its_file():
