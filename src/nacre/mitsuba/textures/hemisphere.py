@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.spatial import Delaunay, QhullError
 
 from nacre.array import Components, Floats, aligned_zeros
 from nacre.errors import NacreError, require
@@ -30,6 +29,8 @@ class Hemisphere:
 
     def __init__(self, mi: Any, directions: Floats, stochastic: bool) -> None:
         self._mi, self._stochastic = mi, stochastic
+        from scipy.spatial import Delaunay, QhullError  # not where no texture is rendered
+
         directions = directions.astype(np.float64)
         try:
             plane = Delaunay(np.stack(stereographic(split(directions)), axis=-1))

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import KDTree
 
 from nacre.array import Components, Floats, aligned_zeros
 from nacre.btf import Btf
@@ -101,6 +100,8 @@ class Sides:
 
 def table_lobes(btf: Btf, sides: Sides) -> Floats:
     """Lobes for a measured texture; see :func:`nacre.textures.lobes.latent_lobes`."""
+    from scipy.spatial import KDTree  # not where no texture is rendered
+
     lights, views = sides.lights, sides.views
     chosen = np.unique(KDTree(views).query(lobe_views())[1])
     pairs = sides.order.reshape(len(views), len(lights))[chosen].ravel()

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import KDTree
 
 from nacre.array import Floats
 from nacre.geometry import join, rotate, split
@@ -23,6 +22,8 @@ def symmetric_rotations(wi: Floats, wo: Floats) -> list[npt.NDArray[np.intp]]:
     are the multiples of the smallest angle 2 pi / k, k up to 24, that the set of pairs allows: six
     for the domes of Bonn and UTIA's neighbor, one for scattered directions.
     """
+    from scipy.spatial import KDTree
+
     pairs = np.concatenate([wi, wo], axis=1)
     tree = KDTree(pairs)
     for count in range(_MAX_ROTATIONS, 1, -1):

@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import block_diag
 
 from nacre.array import Floats, aligned_zeros
 from nacre.compile.compilation import Compiled
@@ -48,7 +47,10 @@ class Observation:
         luma, chroma = (
             block.astype(np.float64).T @ block for block in (functions.luma, functions.chroma)
         )
-        self.gram: Double = block_diag(luma, chroma, chroma)
+        count = len(luma)
+        self.gram: Double = np.zeros((count + 2 * len(chroma),) * 2)
+        self.gram[:count, :count] = luma
+        self.gram[count:, count:] = np.kron(np.eye(2), chroma)
 
     @cached_property
     def moments(self) -> Moments:

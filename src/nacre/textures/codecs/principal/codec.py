@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from nacre.array import Floats
 from nacre.btf import Btf
@@ -97,6 +96,8 @@ class PcaCodec(TexelCodec):
 
     def _at(self, wi: Floats, wo: Floats) -> tuple[Floats, Floats]:
         """Mean, shape (3 n,), and components, (code_dim, 3 n), at n pairs among their own."""
+        from scipy.spatial import KDTree
+
         tree = KDTree(np.concatenate([self.wi, self.wo], axis=1))
         distance, rows = tree.query(np.concatenate([wi, wo], axis=1), distance_upper_bound=SAME)
         strangers = int(np.count_nonzero(~np.isfinite(distance)))
