@@ -439,6 +439,7 @@ for variant in ("scalar_rgb", "llvm_ad_rgb", "scalar_rgb", "llvm_ad_rgb"):
     for plugin in ("nbrdf", "brdf"):
         mi.load_dict({"type": plugin, "filename": "a.safetensors"})
 assert nacre.mitsuba.mitsuba("scalar_rgb").variant() == "llvm_ad_rgb"
+assert "scipy" not in sys.modules
 """
     if nacre.mitsuba.llvm.prepare() is None:
         pytest.skip("needs an LLVM that Dr.Jit can use")

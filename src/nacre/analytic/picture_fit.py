@@ -79,13 +79,20 @@ class _Problem:
         self._function = AdjustableFunction(model.formula, {p.name: p.shape for p in self.numbers})
         ends = np.cumsum([p.size for p in self.numbers])
         self._parts = [slice(end - p.size, end) for p, end in zip(self.numbers, ends, strict=True)]
+        self._low, self._high = (
+            np.concatenate([np.full(p.size, bound(p)) for p in self.numbers])
+            for bound in (lambda p: p.low, lambda p: p.high)
+        )
         seen = np.mean(pictures.target[1].reshape(-1, CHANNELS) ** GAMMA, axis=0)
         self._tint = seen / seen.max()
         self.weigh((1.0, 1.0))
 
     def values(self, free: Doubles) -> dict[str, Any]:
+        # All parameters at once: one after another they take as long as small pictures.
+        numbers = self._low + (self._high - self._low) / (1.0 + np.exp(-free))
+        numbers = numbers.clip(self._low, self._high)
         return {
-            p.name: p.from_free(free[part]).clip(p.low, p.high).reshape(p.shape)
+            p.name: numbers[part].reshape(p.shape)
             for p, part in zip(self.numbers, self._parts, strict=True)
         }
 
