@@ -28,7 +28,7 @@ test-lab: tools lab  ## The tests of the lab.
 	$(PYTEST) lab/tests
 
 test-timed: tools lab  ## The second tier and the lab: what changed since SINCE first, until UNTIL (date +%s).
-	$(PYTEST) -p tests.clock --until "$(or $(UNTIL),inf)" --since "$(SINCE)" -m slow src tests lab/tests
+	$(PYTEST) -p tests.clock --until "$(or $(UNTIL),inf)" --since "$(SINCE)" -m slow tests lab/tests
 
 lint: setup  ## Formatting, lint, types, layers, and the workflows of public CI.
 	.venv/bin/ruff format --no-cache --check .

@@ -248,8 +248,10 @@ COMPILED = {"f_r", "drawn", "density", "pdf"}
 """What 0.1.0 computed by NumPy, and code of other roundings computes now; in single precision."""
 
 REORDERED = {
-    **dict.fromkeys(["tables/bands.csv", "tables/scan.csv"], {"f_r double"}),
-    **dict.fromkeys([f"textures/model-basis{end}.safetensors" for end in ("", "-half")], CODED),
+    "tables/bands.csv": {"f_r double"},
+    "tables/scan.csv": {"f_r double"},
+    "textures/model-basis.safetensors": CODED,
+    "textures/model-basis-half.safetensors": CODED,
 }
 """What is summed in another order than 0.1.0 did, by file: samples of scans have weights now, and
 moments of texels are compiled."""

@@ -36,7 +36,9 @@ from typing import Any
 INSTALLING = ("apt-get ", "jupyter ", "make ", "pip ", "python3 -m venv ", "source ")
 """How lines begin that set up or end outside the folder."""
 
-FEW = {"btf capture": "--paths 8", "latent interpolate": "--spp 4", "render": "--spp 4"}
+FEW = {"btf capture": "--paths 8"} | dict.fromkeys(
+    ("latent interpolate", "latent map", "latent sample", "render"), "--spp 4"
+)
 """Options that commands are given, as pictures of full quality would take most of the time."""
 
 READ = ("glsl", "html", "js", "slang", "xml")
