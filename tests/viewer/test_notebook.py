@@ -113,7 +113,7 @@ window.end = end;
     view = "document.querySelector('#cell > div').view"
 
     def shown() -> np.ndarray:
-        tab.wait(f"{view}.drawn >= 127 && !{view}.stale")
+        tab.wait(f"{view}.drawn >= 15 && !{view}.stale")
         return decoded(tab.page.evaluate(f"{view}.canvas.toDataURL()"))
 
     def label() -> str:
