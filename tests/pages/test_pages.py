@@ -112,9 +112,14 @@ def test_blocks_of_a_page() -> None:
 @pytest.mark.parametrize(
     ("line", "typed"),
     [
-        ("nacre render a.bsdf  # b", "nacre render --spp 4 a.bsdf  # b"),
-        ("nacre render a.bsdf --spp 9", "nacre render a.bsdf --spp 9"),
-        ("nacre fit a -o - | nacre render -", "nacre fit a -o - | nacre render --spp 4 -"),
+        ("nacre render a.bsdf  # b", "nacre render --size 128 --spp 4 a.bsdf  # b"),
+        ("nacre render a.bsdf --spp 9 --size 8", "nacre render a.bsdf --spp 9 --size 8"),
+        (
+            "nacre fit a -o - | nacre render -",
+            "nacre fit a -o - | nacre render --size 128 --spp 4 -",
+        ),
+        ("nacre render scene.xml", "nacre render --spp 4 scene.xml"),
+        ("nacre latent sample -o a", "nacre latent sample --spp 4 -o a"),
         ("nacre btf capture a -o b.npz", "nacre btf capture --paths 8 a -o b.npz"),
         ("nacre fit render", "nacre fit render"),
     ],

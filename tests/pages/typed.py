@@ -36,9 +36,9 @@ from typing import Any
 INSTALLING = ("apt-get ", "jupyter ", "make ", "pip ", "python3 -m venv ", "source ")
 """How lines begin that set up or end outside the folder."""
 
-FEW = {"btf capture": "--paths 8"} | dict.fromkeys(
-    ("latent interpolate", "latent map", "latent sample", "render"), "--spp 4"
-)
+FEW = {"btf capture": ["--paths 8"], "render": ["--spp 4", "--size 128"]} | {
+    f"latent {command}": ["--spp 4"] for command in ("interpolate", "map", "sample")
+}
 """Options that commands are given, as pictures of full quality would take most of the time."""
 
 READ = ("glsl", "html", "js", "slang", "xml")
@@ -48,10 +48,12 @@ _NUMBER = r"\d+(?:\.\d+)?(?:e[-+]\d+)?"
 
 
 def quick(line: str) -> str:
-    """A line whose commands take few samples, see :data:`FEW`."""
-    for command, option in FEW.items():
-        if option.split()[0] not in line:
-            line = re.sub(rf"\bnacre {command}\b", rf"nacre {command} {option}", line)
+    """A line whose commands take few samples, see :data:`FEW`; scenes keep their sizes."""
+    for command, given in FEW.items():
+        for option in given:
+            name = option.split()[0]
+            if name not in line and not (name == "--size" and ".xml" in line):
+                line = re.sub(rf"\bnacre {command}\b", rf"nacre {command} {option}", line)
     return line
 
 
