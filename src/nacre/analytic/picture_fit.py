@@ -79,10 +79,8 @@ class _Problem:
         self._function = AdjustableFunction(model.formula, {p.name: p.shape for p in self.numbers})
         ends = np.cumsum([p.size for p in self.numbers])
         self._parts = [slice(end - p.size, end) for p, end in zip(self.numbers, ends, strict=True)]
-        self._low, self._high = (
-            np.concatenate([np.full(p.size, bound(p)) for p in self.numbers])
-            for bound in (lambda p: p.low, lambda p: p.high)
-        )
+        self._low = np.concatenate([np.full(p.size, p.low) for p in self.numbers])
+        self._high = np.concatenate([np.full(p.size, p.high) for p in self.numbers])
         seen = np.mean(pictures.target[1].reshape(-1, CHANNELS) ** GAMMA, axis=0)
         self._tint = seen / seen.max()
         self.weigh((1.0, 1.0))
