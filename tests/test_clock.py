@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -53,6 +54,8 @@ def put(folder: Path, files: dict[str, str]) -> None:
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     """A repository of one commit."""
+    if not shutil.which("git"):
+        pytest.skip("git is not installed")
     git(tmp_path, "init", "-q")
     put(tmp_path, BEFORE)
     return tmp_path

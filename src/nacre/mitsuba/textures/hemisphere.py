@@ -28,9 +28,9 @@ class Hemisphere:
     """
 
     def __init__(self, mi: Any, directions: Floats, stochastic: bool) -> None:
-        self._mi, self._stochastic = mi, stochastic
         from scipy.spatial import Delaunay, QhullError  # not where no texture is rendered
 
+        self._mi, self._stochastic = mi, stochastic
         directions = directions.astype(np.float64)
         try:
             plane = Delaunay(np.stack(stereographic(split(directions)), axis=-1))
