@@ -11,9 +11,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.cli.support import run
 from tests.data import require_data
 from tests.pages.pages import PAGES, distributions, downloads, required, type_page
-from tests.pages.typed import Block, TypingError, Typist, blocks, quick, shell_lines, shows
+from tests.pages.typed import FEW, Block, TypingError, Typist, blocks, quick, shell_lines, shows
 from tests.tiers import tiered
 
 NOT_RUN = {
@@ -126,6 +127,15 @@ def test_blocks_of_a_page() -> None:
 )
 def test_lines_that_draw_take_few_samples(line: str, typed: str) -> None:
     assert quick(line) == typed
+
+
+@pytest.mark.parametrize("command", FEW)
+def test_commands_have_the_options_of_few_samples(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(*command.split(), "--help") == 0
+    printed = capsys.readouterr().out
+    assert all(option.split()[0] in printed for option in FEW[command])
 
 
 @pytest.mark.parametrize(

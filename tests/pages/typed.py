@@ -37,7 +37,7 @@ INSTALLING = ("apt-get ", "jupyter ", "make ", "pip ", "python3 -m venv ", "sour
 """How lines begin that set up or end outside the folder."""
 
 FEW = {"btf capture": ["--paths 8"], "render": ["--spp 4", "--size 128"]} | {
-    f"latent {command}": ["--spp 4"] for command in ("interpolate", "map", "sample")
+    f"latent {command}": ["--spp 4"] for command in ("interpolate", "sample")
 }
 """Options that commands are given, as pictures of full quality would take most of the time."""
 
