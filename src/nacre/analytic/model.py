@@ -27,6 +27,11 @@ Values: TypeAlias = Mapping[str, Any]
 CHANNELS = 3
 
 
+def between(free: Array, low: Array, high: Array) -> Array:
+    """Numbers between bounds for numbers on the whole line, by the logistic curve."""
+    return low + (high - low) / (1.0 + namespace(free).exp(-free))
+
+
 class _Bounded:
     low: float
     high: float
@@ -40,8 +45,7 @@ class _Bounded:
 
     def from_free(self, free: Array) -> Array:
         """The logistic curve between the bounds: near either, steps are ratios of the distance."""
-        xp = namespace(free)
-        return self.low + (self.high - self.low) / (1.0 + xp.exp(-free))
+        return between(free, self.low, self.high)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from nacre.analytic.model import CHANNELS, AnalyticBrdf, Parameter
+from nacre.analytic.model import CHANNELS, AnalyticBrdf, Parameter, between
 from nacre.array import Doubles, Floats
 from nacre.brdf import Brdf
 from nacre.color import GAMMA, displayed
@@ -87,8 +87,7 @@ class _Problem:
 
     def values(self, free: Doubles) -> dict[str, Any]:
         # All parameters at once: one after another they take as long as small pictures.
-        numbers = self._low + (self._high - self._low) / (1.0 + np.exp(-free))
-        numbers = numbers.clip(self._low, self._high)
+        numbers = between(free, self._low, self._high).clip(self._low, self._high)
         return {
             p.name: numbers[part].reshape(p.shape)
             for p, part in zip(self.numbers, self._parts, strict=True)
